@@ -1,0 +1,112 @@
+"""Where the people are: positions in metres with their joint uncertainty, from whichever method placed them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Floor:
+    """The shared floor as the camera sees it, with standard deviations.
+
+    `height_m` is the camera's above the floor. With pitch p (positive: the camera looks down) and roll r, up in the
+    camera frame is (sin r cos p, -cos r cos p, -sin p).
+    """
+
+    height_m: float
+    pitch_rad: float
+    roll_rad: float
+    height_sd_m: float = float("nan")
+    pitch_sd_rad: float = float("nan")
+    roll_sd_rad: float = float("nan")
+
+
+@dataclass(frozen=True, eq=False)
+class Mode:
+    """One of several explanations of a photo: its weight and where it puts everybody.
+
+    positions_m: shape (P, 3). covariance_m2: shape (3P, 3P), persons' x, y, z in turn.
+    """
+
+    weight: float
+    positions_m: FloatArray
+    covariance_m2: FloatArray
+
+
+def _nothing() -> FloatArray:
+    return np.zeros(0)
+
+
+@dataclass(frozen=True, eq=False)
+class Bodies:
+    """P people placed in the camera frame (x right, y down, z forward, metres).
+
+    positions_m: shape (P, 3), the middle of the torso; NaN rows where a person could not be placed.
+    covariance_m2: shape (3P, 3P), the joint covariance, persons' x, y, z in turn; NaN for those not placed.
+    method: the option's name. basis: per person the evidence used ("torso", "feet+torso"), "" where not placed.
+    reasons: per person why there is no position, or None.
+    up: unit vector of shape (3,) against gravity in the camera frame, or None where gravity is unknown.
+    heading_rad, heading_sd_rad: shape (P,), as in `People`. stature_m, stature_sd_m: shape (P,). NaN where unknown.
+    floor: the shared floor, where one was found.
+    modes: several explanations with weights that sum to one; empty where one is enough.
+    """
+
+    positions_m: FloatArray
+    covariance_m2: FloatArray
+    method: str
+    basis: tuple[str, ...]
+    reasons: tuple[str | None, ...]
+    up: FloatArray | None = None
+    heading_rad: FloatArray = field(default_factory=_nothing)
+    heading_sd_rad: FloatArray = field(default_factory=_nothing)
+    stature_m: FloatArray = field(default_factory=_nothing)
+    stature_sd_m: FloatArray = field(default_factory=_nothing)
+    floor: Floor | None = None
+    modes: tuple[Mode, ...] = ()
+
+    def __post_init__(self) -> None:
+        count = len(self.basis)
+        self._set("positions_m", self.positions_m, (count, 3))
+        self._set("covariance_m2", self.covariance_m2, (3 * count, 3 * count))
+        for name in ("heading_rad", "heading_sd_rad", "stature_m", "stature_sd_m"):
+            value = getattr(self, name)
+            self._set(name, value if np.size(value) else np.full(count, np.nan), (count,))
+        if self.up is not None:
+            up = np.asarray(self.up, dtype=float)
+            self._set("up", up / np.linalg.norm(up), (3,))
+        if len(self.reasons) != count:
+            raise ValueError(f"bodies.reasons has {len(self.reasons)} entries for {count} people")
+
+    def _set(self, name: str, value: ArrayLike, shape: tuple[int, ...]) -> None:
+        array = np.array(value, dtype=float).reshape(shape)
+        array.setflags(write=False)
+        object.__setattr__(self, name, array)
+
+    @classmethod
+    def unplaced(cls, count: int, method: str, reason: str) -> Bodies:
+        """Return `count` people none of whom could be placed, all for the same reason."""
+        return cls(
+            np.full((count, 3), np.nan),
+            np.full((3 * count, 3 * count), np.nan),
+            method,
+            ("",) * count,
+            (reason,) * count,
+        )
+
+    def __len__(self) -> int:
+        return len(self.positions_m)
+
+    @property
+    def placed(self) -> NDArray[np.bool_]:
+        """Shape (P,): who has a position."""
+        return np.isfinite(self.positions_m).all(axis=1)
+
+    @property
+    def position_sd_m(self) -> FloatArray:
+        """Shape (P, 3): the standard deviation of each coordinate."""
+        return np.sqrt(np.diag(self.covariance_m2)).reshape(-1, 3)

@@ -1,0 +1,60 @@
+"""People and a camera in, bodies out: the methods by name, loaded when asked for."""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from ..bodies import Bodies
+from ..camera import Camera
+from ..errors import SettingsError
+from ..people import People
+
+#: Option name -> "module:function".
+METHODS = {
+    "scene": "scenefit:locate",
+    "combined": "pinhole:locate_combined",
+    "torso": "pinhole:locate_torso",
+    "shoulder": "pinhole:locate_shoulder",
+    "pupil": "pinhole:locate_pupil",
+}
+
+BODY_SIZES = ("adults", "women", "men", "mixed", "children")
+FLOORS = ("shared", "none")
+
+
+@dataclass(frozen=True)
+class LocateSettings:
+    """What the user states of the people, for all methods.
+
+    body_size: the population of `anthropometry`; "adults" is half women, half men, "mixed" has children besides.
+    body_sizes: the same for single people by row, None where the run's holds. floor: "shared" or "none".
+    off_floor: rows of people who do not stand on the shared floor.
+    quirks: names of the published code's peculiarities to reproduce (`pinhole.QUIRKS`).
+    """
+
+    body_size: str = "mixed"
+    body_sizes: tuple[str | None, ...] | None = None
+    floor: str = "shared"
+    off_floor: frozenset[int] = frozenset()
+    quirks: frozenset[str] = frozenset()
+
+    def __post_init__(self) -> None:
+        for size in (self.body_size, *(self.body_sizes or ())):
+            if size is not None and size not in BODY_SIZES:
+                raise SettingsError(f"body size {size!r} is unknown: use one of {', '.join(BODY_SIZES)}")
+        if self.floor not in FLOORS:
+            raise SettingsError(f"floor {self.floor!r} is unknown: use one of {', '.join(FLOORS)}")
+
+
+#: Takes people in undistorted pixels of the camera given, and returns as many bodies, row for row.
+Method = Callable[[People, Camera, LocateSettings], Bodies]
+
+
+def method_named(name: str) -> Method:
+    """Return the function of a method; raises SettingsError for a name that is not in `METHODS`."""
+    if name not in METHODS:
+        raise SettingsError(f"method {name!r} is unknown: use one of {', '.join(METHODS)}")
+    module, function = METHODS[name].split(":")
+    return getattr(importlib.import_module(f"{__name__}.{module}"), function)

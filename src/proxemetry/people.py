@@ -1,0 +1,200 @@
+"""The people that a pose back end saw in one photo, and what a back end is."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .errors import KeypointsError
+from .skeleton import MIDDLES, Skeleton
+
+if TYPE_CHECKING:
+    from .photo import Photo
+
+FloatArray = NDArray[np.float64]
+
+
+def _empty() -> FloatArray:
+    return np.zeros(0)
+
+
+@dataclass(frozen=True, eq=False)
+class People:
+    """P people with K keypoints each, in pixels of the upright full-size photo.
+
+    skeleton: which joint each keypoint is.
+    keypoints_px: shape (P, K, 2); NaN where a joint was not seen.
+    scores: shape (P, K), 0..1; 0 exactly where the keypoint is NaN.
+    boxes_px: shape (P, 4) as x0, y0, x1, y1; around the keypoints where none is given.
+    person_scores: shape (P,), 0..1; the mean keypoint score where none is given.
+    heading_rad, heading_sd_rad: shape (P,); what the back end itself says of where each person's torso faces, NaN
+        where it says nothing. 0 faces the camera, positive turns towards the image's right; the facing direction in
+        the camera frame is (sin h, 0, -cos h).
+
+    Construction raises KeypointsError where shapes do not fit. A keypoint with score 0, a NaN score or a NaN
+    coordinate is missing in all three arrays.
+    """
+
+    skeleton: Skeleton
+    keypoints_px: FloatArray
+    scores: FloatArray
+    boxes_px: FloatArray = field(default_factory=_empty)
+    person_scores: FloatArray = field(default_factory=_empty)
+    heading_rad: FloatArray = field(default_factory=_empty)
+    heading_sd_rad: FloatArray = field(default_factory=_empty)
+
+    def __post_init__(self) -> None:
+        keypoints = np.array(self.keypoints_px, dtype=float).reshape(-1, len(self.skeleton), 2)
+        scores = np.array(self.scores, dtype=float)
+        count = len(keypoints)
+        if scores.size != count * len(self.skeleton):
+            raise KeypointsError(
+                f"{count} people of skeleton {self.skeleton.name} need scores of shape "
+                f"({count}, {len(self.skeleton)}), not {scores.shape}"
+            )
+        scores = scores.reshape(count, len(self.skeleton))
+        missing = ~np.isfinite(keypoints).all(axis=-1) | ~(scores > 0)
+        keypoints[missing], scores[missing] = np.nan, 0.0
+        self._set("keypoints_px", keypoints, keypoints.shape)
+        self._set("scores", scores, scores.shape)
+        self._set("boxes_px", self.boxes_px if np.size(self.boxes_px) else _bounds(keypoints), (count, 4))
+        self._set(
+            "person_scores",
+            self.person_scores if np.size(self.person_scores) else _mean_score(scores),
+            (count,),
+        )
+        for name in ("heading_rad", "heading_sd_rad"):
+            value = getattr(self, name)
+            self._set(name, value if np.size(value) else np.full(count, np.nan), (count,))
+
+    def _set(self, name: str, value: ArrayLike, shape: tuple[int, ...]) -> None:
+        array = np.array(value, dtype=float)
+        if array.size == 0:
+            array = array.reshape(shape) if 0 in shape else array
+        if array.shape != shape:
+            raise KeypointsError(f"people.{name} must have shape {shape}, not {array.shape}")
+        array.setflags(write=False)
+        object.__setattr__(self, name, array)
+
+    @classmethod
+    def none(cls, skeleton: Skeleton) -> People:
+        """Return nobody."""
+        return cls(skeleton, np.zeros((0, len(skeleton), 2)), np.zeros((0, len(skeleton))))
+
+    def __len__(self) -> int:
+        return len(self.keypoints_px)
+
+    def __getitem__(self, rows: NDArray[np.bool_] | NDArray[np.intp] | slice | list[int]) -> People:
+        return People(
+            self.skeleton, self.keypoints_px[rows], self.scores[rows], self.boxes_px[rows], self.person_scores[rows],
+            self.heading_rad[rows], self.heading_sd_rad[rows],
+        )  # fmt: skip
+
+    def joint(self, name: str) -> FloatArray:
+        """Return the pixels of one joint, shape (P, 2), NaN where it was not seen or the skeleton has none.
+
+        "neck" and "mid_hip" are the middles of the shoulders and of the hips where the skeleton has none.
+        """
+        row = self.skeleton.index(name)
+        if row is not None:
+            return self.keypoints_px[:, row]
+        if name in MIDDLES:
+            a, b = MIDDLES[name]
+            return (self.joint(a) + self.joint(b)) / 2
+        return np.full((len(self), 2), np.nan)
+
+    def joint_score(self, name: str) -> FloatArray:
+        """Return the scores of one joint, shape (P,); a middle has the lower score of its pair, an absent one 0."""
+        row = self.skeleton.index(name)
+        if row is not None:
+            return self.scores[:, row]
+        if name in MIDDLES:
+            a, b = MIDDLES[name]
+            return np.minimum(self.joint_score(a), self.joint_score(b))
+        return np.zeros(len(self))
+
+    def part(self, name: str) -> FloatArray:
+        """Return the pixels of one of the benchmark's parts, shape (P, 2), NaN where unseen (see `skeleton.PARTS`).
+
+        Eyes: middle of both eyes, or the one that is seen. Shoulder: middle of the shoulders. Torso: middle of neck
+        and mid-hip. Head: middle of the ears, else the mean of what is seen of nose, eyes and ears.
+        """
+        if name == "Eyes":
+            return _first_seen(self.joint("eyes_centre"), self._mean_of("left_eye", "right_eye"))
+        if name == "Shoulder":
+            pair = (self.joint("left_shoulder") + self.joint("right_shoulder")) / 2
+            return _first_seen(pair, self.joint("neck"))
+        if name == "Torso":
+            return (self.joint("neck") + self.joint("mid_hip")) / 2
+        if name == "Head":
+            ears = (self.joint("left_ear") + self.joint("right_ear")) / 2
+            face = self._mean_of("nose", "left_eye", "right_eye", "left_ear", "right_ear")
+            return _first_seen(self.joint("head_centre"), ears, face)
+        raise KeyError(name)
+
+    def _mean_of(self, *joints: str) -> FloatArray:
+        points = np.stack([self.joint(j) for j in joints])
+        seen = np.isfinite(points).all(axis=-1)
+        total = np.where(seen[..., None], points, 0.0).sum(axis=0)
+        count = seen.sum(axis=0)[:, None]
+        return np.where(count > 0, total / np.maximum(count, 1), np.nan)
+
+    def scaled(self, factor_x: float, factor_y: float) -> People:
+        """Return the same people in a photo resized by these factors."""
+        factors = np.array([factor_x, factor_y])
+        return replace(self, keypoints_px=self.keypoints_px * factors, boxes_px=self.boxes_px * np.tile(factors, 2))
+
+    def mirrored(self, width: float) -> People:
+        """Return the same people in a photo of `width` pixels flipped left to right, sides named anew."""
+        order = list(self.skeleton.mirror)
+        keypoints = self.keypoints_px[:, order] * (-1, 1) + (width, 0)
+        boxes = self.boxes_px[:, [2, 1, 0, 3]] * (-1, 1, -1, 1) + (width, 0, width, 0)
+        return replace(
+            self,
+            keypoints_px=keypoints,
+            scores=self.scores[:, order],
+            boxes_px=boxes,
+            heading_rad=-self.heading_rad,
+        )
+
+
+def _bounds(keypoints: FloatArray) -> FloatArray:
+    """Return the boxes around the keypoints that were seen, shape (P, 4), NaN where there are none."""
+    seen = np.isfinite(keypoints)
+    low = np.where(seen, keypoints, np.inf).min(axis=1, initial=np.inf)
+    high = np.where(seen, keypoints, -np.inf).max(axis=1, initial=-np.inf)
+    boxes = np.concatenate([low, high], axis=-1)
+    return np.where(np.isfinite(boxes), boxes, np.nan)
+
+
+def _mean_score(scores: FloatArray) -> FloatArray:
+    seen = np.maximum((scores > 0).sum(axis=1), 1)
+    return scores.sum(axis=1) / seen
+
+
+def _first_seen(*candidates: FloatArray) -> FloatArray:
+    result = candidates[0]
+    for candidate in candidates[1:]:
+        result = np.where(np.isfinite(result), result, candidate)
+    return result
+
+
+class PoseBackend(Protocol):
+    """What finds people: anything with these attributes and this call.
+
+    `name` is how options call it, `models` maps each network's file name to its sha256 (empty where there is none).
+    `detect` returns people in pixels of the upright full-size photo and leaves its input untouched; nobody there is
+    an empty `People`, never a guess.
+    """
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def skeleton(self) -> Skeleton: ...
+    @property
+    def models(self) -> Mapping[str, str]: ...
+    def detect(self, photo: Photo) -> People: ...
