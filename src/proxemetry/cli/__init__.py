@@ -1,0 +1,57 @@
+"""The command line: one module a command, each a thin face that parses, calls the library and writes.
+
+Exit codes: 0 done; 1 done, but some photos failed (each has a row that says why); 2 nothing could be done (one line
+on stderr: what, where, what to do).
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import sys
+from collections.abc import Sequence
+
+from .. import __version__
+from ..errors import ProxemetryError
+
+#: Command -> what `--help` says of it. Module `cli.COMMAND` has `configure(parser)` and `run(args) -> exit code`.
+COMMANDS: dict[str, str] = {}
+
+DONE, SOME_FAILED, NOTHING_DONE = 0, 1, 2
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run one command and return its exit code."""
+    arguments = list(sys.argv[1:] if argv is None else argv)
+    try:
+        return _run(arguments)
+    except ProxemetryError as error:
+        print(f"proxemetry: {error}", file=sys.stderr)
+        return NOTHING_DONE
+    except KeyboardInterrupt:
+        print("proxemetry: stopped; what was finished is kept", file=sys.stderr)
+        return 130
+    except BrokenPipeError:
+        sys.stderr.close()
+        return DONE
+
+
+def _run(arguments: list[str]) -> int:
+    parser = argparse.ArgumentParser(
+        prog="proxemetry",
+        description="Measure how far apart people stand in ordinary photographs.",
+        epilog="`proxemetry COMMAND --help` explains a command with examples.",
+    )
+    parser.add_argument("--version", action="version", version=f"proxemetry {__version__}")
+    subparsers = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
+    chosen = next((a for a in arguments if a in COMMANDS), None)
+    for command, summary in COMMANDS.items():
+        subparser = subparsers.add_parser(
+            command, help=summary, description=summary, formatter_class=argparse.RawDescriptionHelpFormatter
+        )
+        if command == chosen:  # only the command that runs is imported: `--help` stays quick
+            module = importlib.import_module(f"{__name__}.{command}")
+            module.configure(subparser)
+            subparser.set_defaults(run=module.run)
+    args = parser.parse_args(arguments)
+    return args.run(args)
