@@ -119,6 +119,28 @@ class Camera:
         return normalised * (self.fx, self.fy) + (self.cx, self.cy)
 
 
+@dataclass(frozen=True)
+class Candidate:
+    """One answer to what the focal length is: pixels of the full-size photo, relative sd, and where it came from."""
+
+    focal_px: float
+    rel_sd: float
+    source: str
+
+
+@dataclass(frozen=True)
+class CameraEstimate:
+    """The camera chosen for a photo, every candidate, and what is doubtful.
+
+    camera is None where no focal length is known; reason then says so and what to do. flags are short texts.
+    """
+
+    camera: Camera | None
+    candidates: tuple[Candidate, ...] = ()
+    flags: tuple[str, ...] = ()
+    reason: str | None = None
+
+
 def _distort(ideal: FloatArray, distortion: tuple[float, float, float, float, float]) -> FloatArray:
     """Apply OpenCV's radial and tangential model to normalised points of shape (..., 2)."""
     if distortion == NO_DISTORTION:

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from .camera import Camera
+from .camera import Camera, CameraEstimate, Candidate
 from .photo import Photo
+
+__all__ = ["ASSUMED", "Camera", "CameraEstimate", "Candidate", "FocalRequest", "estimate_camera"]
 
 #: The source that every assumption carries.
 ASSUMED = "ASSUMED"
@@ -24,28 +26,6 @@ class FocalRequest:
     focal_px: float | None = None
     sensor_mm: tuple[float, float] | None = None
     assume_fov_deg: float | None = None
-
-
-@dataclass(frozen=True)
-class Candidate:
-    """One answer to what the focal length is: pixels of the full-size photo, relative sd, and where it came from."""
-
-    focal_px: float
-    rel_sd: float
-    source: str
-
-
-@dataclass(frozen=True)
-class CameraEstimate:
-    """The camera chosen for a photo, every candidate, and what is doubtful.
-
-    camera is None where no focal length is known; reason then says so and what to do. flags are short texts.
-    """
-
-    camera: Camera | None
-    candidates: tuple[Candidate, ...] = ()
-    flags: tuple[str, ...] = ()
-    reason: str | None = None
 
 
 def estimate_camera(photo: Photo, request: FocalRequest | None = None) -> CameraEstimate:
