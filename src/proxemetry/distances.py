@@ -1,0 +1,198 @@
+"""From bodies to the distances between them, with intervals, Hall's zones and who forms a group.
+
+Distances are between body centres (the middle of the torso); the gap between surfaces is about one chest depth,
+0.25 m, less.
+"""
+
+from __future__ import annotations
+
+import functools
+import itertools
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .bodies import Bodies
+
+FloatArray = NDArray[np.float64]
+
+#: Hall 1966: upper limits of the zones in metres; beyond the last is public.
+ZONES = ("intimate", "personal", "social", "public")
+ZONE_LIMITS_M = (0.457, 1.219, 3.658)
+
+#: The central share that `low_m` and `high_m` enclose.
+LEVEL = 0.9
+
+#: Bertoni et al. 2021 (T-ITS): people beyond this are not a group; radii of the transactional segments tried.
+GROUP_REACH_M, GROUP_RADII_M = 2.0, (0.3, 0.5, 1.0)
+
+_DRAWS = 512
+
+
+@dataclass(frozen=True, eq=False)
+class Distances:
+    """All pairs of P people; every array is symmetric with NaN on the diagonal and for who could not be placed.
+
+    distance_m: shape (P, P), on the ground plane where gravity is known, else in space (`on_ground` says which).
+    low_m, high_m: shape (P, P), the central 90 % of `distance_m`. distance_3d_m: shape (P, P), in space.
+    zone_probability: shape (P, P, 4), in the order of `ZONES`. group_probability: shape (P, P), that two people face
+    each other as an F-formation; NaN where a heading is unknown.
+    """
+
+    distance_m: FloatArray
+    low_m: FloatArray
+    high_m: FloatArray
+    distance_3d_m: FloatArray
+    zone_probability: FloatArray
+    group_probability: FloatArray
+    on_ground: bool
+
+    def __len__(self) -> int:
+        return len(self.distance_m)
+
+    def pairs(self) -> list[tuple[int, int]]:
+        """Return every pair (a, b) with a < b, placed or not."""
+        return [(a, b) for a in range(len(self)) for b in range(a + 1, len(self))]
+
+    def zone(self, a: int, b: int) -> str | None:
+        """Return Hall's zone of a pair, None where its distance is unknown."""
+        return zone_of(float(self.distance_m[a, b]))
+
+    def below(self, limit_m: float) -> int:
+        """Return how many pairs stand nearer than `limit_m`."""
+        return int(np.sum(np.triu(self.distance_m < limit_m, 1)))
+
+
+def zone_of(distance_m: float) -> str | None:
+    """Return Hall's zone of a distance in metres, None for NaN."""
+    if math.isnan(distance_m):
+        return None
+    return ZONES[int(np.searchsorted(ZONE_LIMITS_M, distance_m, side="right"))]
+
+
+def ground_frame(up: FloatArray | None) -> FloatArray:
+    """Return the rows right, forward, up of shape (3, 3) that turn camera coordinates into ground coordinates.
+
+    "Right" is the camera's x along the ground, "forward" where the camera looks along it. Without gravity the camera
+    is taken to be level.
+    """
+    up = np.array([0.0, -1.0, 0.0]) if up is None else np.asarray(up, dtype=float)
+    right = np.array([1.0, 0.0, 0.0]) - up[0] * up
+    if np.linalg.norm(right) < 1e-6:  # the camera lies on its side
+        right = np.array([0.0, 1.0, 0.0]) - up[1] * up
+    right = right / np.linalg.norm(right)
+    return np.array([right, np.cross(up, right), up], dtype=float)
+
+
+def measure_distances(bodies: Bodies) -> Distances:
+    """Return all pairs' distances with intervals from the joint covariance and every mode of `bodies`.
+
+    Each interval is the central 90 % of the distance between two Gaussians (of each mode, by its weight), taken from
+    a fixed symmetric set of points: the answer depends on the pair alone, and is the same on every run.
+    """
+    count = len(bodies)
+    plane = ground_frame(bodies.up)[:2] if bodies.up is not None else np.eye(3)
+    shape = (count, count)
+    distance, low, high, spatial = (np.full(shape, np.nan) for _ in range(4))
+    zones = np.full((*shape, len(ZONES)), np.nan)
+    placed = np.flatnonzero(bodies.placed)
+    a, b = (placed[k] for k in np.triu_indices(len(placed), 1))
+    if len(a):
+        gap = bodies.positions_m[a] - bodies.positions_m[b]
+        distance[a, b] = np.linalg.norm(gap @ plane.T, axis=-1)
+        spatial[a, b] = np.linalg.norm(gap, axis=-1)
+        lengths, weights = _draw_lengths(bodies, a, b, plane)
+        low[a, b], high[a, b] = _quantiles(lengths, weights, ((1 - LEVEL) / 2, (1 + LEVEL) / 2))
+        edges = np.searchsorted(ZONE_LIMITS_M, lengths, side="right")
+        for k in range(len(ZONES)):
+            zones[a, b, k] = ((edges == k) * weights).sum(axis=1)
+    for array in (distance, low, high, spatial, zones):
+        array[b, a] = array[a, b]
+    return Distances(distance, low, high, spatial, zones, _group_probability(bodies), bodies.up is not None)
+
+
+@functools.cache
+def _standard_normal(dimension: int) -> FloatArray:
+    """Return fixed standard normal points of shape (_DRAWS, dimension) with exactly unit covariance.
+
+    They are symmetric in every axis, so that neither the order of two people nor a mirrored photo changes a quantile.
+    """
+    signs = np.array(list(itertools.product((1.0, -1.0), repeat=dimension)))
+    orthant = np.abs(np.random.default_rng(20210306).standard_normal((_DRAWS // len(signs), dimension)))
+    points = (orthant[:, None] * signs).reshape(-1, dimension)
+    return points / np.sqrt((points**2).mean(axis=0))
+
+
+def _pair_covariance(covariance: FloatArray, a: NDArray[np.intp], b: NDArray[np.intp]) -> FloatArray:
+    """Return the covariance of position a minus position b, shape (n, 3, 3), from the joint one."""
+    blocks = covariance.reshape(len(covariance) // 3, 3, -1, 3).transpose(0, 2, 1, 3)
+    return blocks[a, a] + blocks[b, b] - blocks[a, b] - blocks[b, a]
+
+
+def _draw_lengths(
+    bodies: Bodies, a: NDArray[np.intp], b: NDArray[np.intp], plane: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return drawn distances of shape (n, draws) and the draws' weights of shape (draws,)."""
+    modes = bodies.modes or ()
+    explanations = [(m.weight, m.positions_m, m.covariance_m2) for m in modes] or [
+        (1.0, bodies.positions_m, bodies.covariance_m2)
+    ]
+    points = _standard_normal(len(plane))
+    lengths, weights = [], []
+    for weight, positions, covariance in explanations:
+        gap = (positions[a] - positions[b]) @ plane.T
+        spread = plane @ _pair_covariance(covariance, a, b) @ plane.T
+        values, vectors = np.linalg.eigh(spread)
+        root = vectors * np.sqrt(np.maximum(values, 0.0))[:, None, :]
+        lengths.append(np.linalg.norm(gap[:, None, :] + points @ root.transpose(0, 2, 1), axis=-1))
+        weights.append(np.full(len(points), weight / len(points)))
+    return np.concatenate(lengths, axis=1), np.concatenate(weights)
+
+
+def _quantiles(values: FloatArray, weights: FloatArray, levels: tuple[float, ...]) -> list[FloatArray]:
+    """Return weighted quantiles of each row of `values` (n, draws), interpolated between the draws."""
+    order = values.argsort(axis=1)
+    ordered = np.take_along_axis(values, order, axis=1)
+    middle = np.cumsum(weights[order], axis=1) - weights[order] / 2
+    return [np.array([np.interp(level, m, v) for m, v in zip(middle, ordered, strict=True)]) for level in levels]
+
+
+def _group_probability(bodies: Bodies) -> FloatArray:
+    """Return how probable it is that each pair forms an F-formation (Bertoni et al. 2021, eqs. 6-8), by sampling."""
+    count = len(bodies)
+    result = np.full((count, count), np.nan)
+    known = np.flatnonzero(bodies.placed & np.isfinite(bodies.heading_rad) & np.isfinite(bodies.heading_sd_rad))
+    if len(known) < 2:
+        return result
+    frame = ground_frame(bodies.up)[:2]
+    ground = bodies.positions_m @ frame.T
+    points = _standard_normal(4)
+    points = np.concatenate([points, points[:, [0, 1, 3, 2]]])  # neither of a pair comes first
+    for i, a in enumerate(known):
+        for b in known[i + 1 :]:
+            spread = frame @ _pair_covariance(bodies.covariance_m2, np.array([a]), np.array([b]))[0] @ frame.T
+            values, vectors = np.linalg.eigh(spread)
+            shift = points[:, :2] @ (vectors * np.sqrt(np.maximum(values, 0.0))).T / 2
+            turn = points[:, 2:] * bodies.heading_sd_rad[[a, b]] + bodies.heading_rad[[a, b]]
+            others = np.delete(ground, [a, b], axis=0)
+            others = others[np.isfinite(others).all(axis=1)]
+            result[a, b] = result[b, a] = _facing_share(ground[a] + shift, ground[b] - shift, turn, others)
+    return result
+
+
+def _facing_share(a: FloatArray, b: FloatArray, turn: FloatArray, others: FloatArray) -> float:
+    """Return the share of draws (n, 2 each) in which two people interact, for any of the radii."""
+    near = np.linalg.norm(a - b, axis=-1) <= GROUP_REACH_M
+    facing = np.stack([np.sin(turn), -np.cos(turn)], axis=-1)  # (n, person, right/forward)
+    grouped = np.zeros(len(a), dtype=bool)
+    for radius in GROUP_RADII_M:
+        mine, yours = a + radius * facing[:, 0], b + radius * facing[:, 1]
+        centre = (mine + yours) / 2
+        inward = np.linalg.norm(mine - yours, axis=-1) <= np.minimum(
+            np.linalg.norm(a - centre, axis=-1), np.linalg.norm(b - centre, axis=-1)
+        )
+        gaps = np.linalg.norm(centre[:, None] - others[None], axis=-1).min(axis=1, initial=np.inf)
+        grouped |= inward & (gaps > radius)
+    return float((near & grouped).mean())
