@@ -104,7 +104,7 @@ class Bodies:
     @property
     def placed(self) -> NDArray[np.bool_]:
         """Shape (P,): who has a position."""
-        return np.isfinite(self.positions_m).all(axis=1)
+        return np.asarray(np.isfinite(self.positions_m).all(axis=1))
 
     @property
     def position_sd_m(self) -> FloatArray:

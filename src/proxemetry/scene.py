@@ -1,0 +1,253 @@
+"""All that is known of one photo, as one value with a versioned JSON form.
+
+The JSON form holds what was observed and fitted; distances follow from it and are measured anew on reading.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .bodies import Bodies, Floor, Mode
+from .camera import Camera, CameraEstimate, Candidate
+from .distances import Distances, measure_distances
+from .errors import OutputError
+from .people import People
+from .skeleton import COCO_17, skeleton_named
+
+FloatArray = NDArray[np.float64]
+
+#: Name and version of the JSON form; the version changes when the meaning of a field does.
+SCHEMA = "proxemetry.scene/1"
+
+#: A photo's fate: measured (by however many people), no camera known, or not readable.
+STATUSES = ("ok", "no_camera", "failed")
+
+_DIGITS = 7
+
+
+@dataclass(frozen=True)
+class Provenance:
+    """What made a scene: package version, method, pose back end, its files' sha256, and the settings stated."""
+
+    version: str = ""
+    method: str = ""
+    pose: str = ""
+    models: Mapping[str, str] = field(default_factory=dict[str, str])
+    settings: Mapping[str, Any] = field(default_factory=dict[str, Any])
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """One photo's people, where they stand and how far apart, with where every number came from.
+
+    photo: its name. sha256: of the file. width_px, height_px: upright full size. status: one of `STATUSES`, with the
+    reason for any but "ok". camera: the estimate with all candidates. about: date, country, city and source as the
+    photo's own metadata say. Row i of `people`, of `bodies` and of every distance is the same person.
+    """
+
+    photo: str
+    sha256: str
+    width_px: int
+    height_px: int
+    status: str
+    reason: str | None
+    camera: CameraEstimate
+    people: People
+    bodies: Bodies
+    made_by: Provenance = Provenance()
+    about: Mapping[str, str] = field(default_factory=dict[str, str])
+    seconds: float = math.nan
+
+    @classmethod
+    def failed(cls, photo: str, reason: str, sha256: str = "", made_by: Provenance | None = None) -> Scene:
+        """Return the row of a photo that could not be read."""
+        return cls(
+            photo, sha256, 0, 0, "failed", reason, CameraEstimate(None, reason=reason), People.none(COCO_17),
+            Bodies.unplaced(0, "", reason), made_by or Provenance(),
+        )  # fmt: skip
+
+    def __len__(self) -> int:
+        return len(self.people)
+
+    @cached_property
+    def distances(self) -> Distances:
+        """Every pair's distance with intervals and zones."""
+        return measure_distances(self.bodies)
+
+    @property
+    def distances_m(self) -> FloatArray:
+        """Shape (P, P): metres on the ground plane (in space where gravity is unknown); NaN where unknown."""
+        return self.distances.distance_m
+
+    @property
+    def positions_m(self) -> FloatArray:
+        """Shape (P, 3): the middle of each torso in the camera frame (x right, y down, z forward)."""
+        return self.bodies.positions_m
+
+    def renamed(self, photo: str) -> Scene:
+        """Return the same scene under another photo's name: a copy of the same file."""
+        return replace(self, photo=photo)
+
+    def to_json(self) -> str:
+        """Return the scene as one line of JSON; missing numbers are null."""
+        return json.dumps(_scene_to_dict(self), allow_nan=False, separators=(",", ":"))
+
+    @classmethod
+    def from_json(cls, text: str) -> Scene:
+        """Read what `to_json` wrote; raises OutputError for any other text or a newer schema."""
+        try:
+            fields = json.loads(text)
+            schema = fields["schema"]
+        except (ValueError, KeyError, TypeError) as error:
+            raise OutputError(f"not a scene of proxemetry ({error})") from error
+        if schema != SCHEMA:
+            raise OutputError(f"scene of schema {schema!r}: this version reads {SCHEMA!r}; install a newer proxemetry")
+        return _scene_from_dict(fields)
+
+
+def _numbers(array: FloatArray) -> list[Any]:
+    """Return an array as nested lists of 7 significant digits, NaN as None."""
+    flat = [float(f"{v:.{_DIGITS}g}") if math.isfinite(v) else None for v in array.ravel()]
+    for size in reversed(array.shape[1:]):
+        flat = [flat[i : i + size] for i in range(0, len(flat), size)] if size else []
+    return flat
+
+
+def _array(values: list[Any], *shape: int) -> FloatArray:
+    return np.array(values, dtype=float).reshape(shape)
+
+
+def _triangle(covariance: FloatArray) -> list[Any]:
+    return _numbers(covariance[np.tril_indices(len(covariance))])
+
+
+def _from_triangle(values: list[Any], size: int) -> FloatArray:
+    covariance = np.zeros((size, size))
+    covariance[np.tril_indices(size)] = np.array(values, dtype=float)
+    return covariance + np.tril(covariance, -1).T
+
+
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None
+
+
+def _camera_to_dict(estimate: CameraEstimate) -> dict[str, Any]:
+    return {
+        "camera": asdict(estimate.camera) if estimate.camera else None,
+        "candidates": [asdict(c) for c in estimate.candidates],
+        "flags": list(estimate.flags),
+        "reason": estimate.reason,
+    }
+
+
+def _camera_from_dict(fields: Mapping[str, Any]) -> CameraEstimate:
+    camera = fields["camera"]
+    return CameraEstimate(
+        replace(Camera(**camera), distortion=tuple(camera["distortion"])) if camera else None,
+        tuple(Candidate(**c) for c in fields["candidates"]),
+        tuple(fields["flags"]),
+        fields["reason"],
+    )
+
+
+def _people_to_dict(people: People) -> dict[str, Any]:
+    arrays = ("keypoints_px", "scores", "boxes_px", "person_scores", "heading_rad", "heading_sd_rad")
+    return {"skeleton": people.skeleton.name, **{name: _numbers(getattr(people, name)) for name in arrays}}
+
+
+def _people_from_dict(fields: Mapping[str, Any]) -> People:
+    skeleton = skeleton_named(fields["skeleton"])
+    count, joints = len(fields["scores"]), len(skeleton)
+    return People(
+        skeleton,
+        _array(fields["keypoints_px"], count, joints, 2),
+        _array(fields["scores"], count, joints),
+        _array(fields["boxes_px"], count, 4),
+        _array(fields["person_scores"], count),
+        _array(fields["heading_rad"], count),
+        _array(fields["heading_sd_rad"], count),
+    )
+
+
+def _bodies_to_dict(bodies: Bodies) -> dict[str, Any]:
+    vectors = ("positions_m", "heading_rad", "heading_sd_rad", "stature_m", "stature_sd_m")
+    return {
+        "method": bodies.method,
+        "basis": list(bodies.basis),
+        "reasons": list(bodies.reasons),
+        **{name: _numbers(getattr(bodies, name)) for name in vectors},
+        "covariance_m2": _triangle(bodies.covariance_m2),
+        "up": None if bodies.up is None else _numbers(bodies.up),
+        "floor": None if bodies.floor is None else {k: _finite(v) for k, v in asdict(bodies.floor).items()},
+        "modes": [
+            {
+                "weight": m.weight,
+                "positions_m": _numbers(m.positions_m),
+                "covariance_m2": _triangle(m.covariance_m2),
+            }
+            for m in bodies.modes
+        ],
+    }
+
+
+def _bodies_from_dict(fields: Mapping[str, Any]) -> Bodies:
+    count = len(fields["basis"])
+    floor = fields["floor"]
+    vectors = {k: _array(fields[k], count) for k in ("heading_rad", "heading_sd_rad", "stature_m", "stature_sd_m")}
+    return Bodies(
+        _array(fields["positions_m"], count, 3),
+        _from_triangle(fields["covariance_m2"], 3 * count),
+        fields["method"],
+        tuple(fields["basis"]),
+        tuple(fields["reasons"]),
+        up=None if fields["up"] is None else _array(fields["up"], 3),
+        floor=None if floor is None else Floor(**{k: math.nan if v is None else v for k, v in floor.items()}),
+        modes=tuple(
+            Mode(m["weight"], _array(m["positions_m"], count, 3), _from_triangle(m["covariance_m2"], 3 * count))
+            for m in fields["modes"]
+        ),
+        **vectors,
+    )
+
+
+def _scene_to_dict(scene: Scene) -> dict[str, Any]:
+    return {
+        "schema": SCHEMA,
+        "photo": scene.photo,
+        "sha256": scene.sha256,
+        "width_px": scene.width_px,
+        "height_px": scene.height_px,
+        "status": scene.status,
+        "reason": scene.reason,
+        "camera": _camera_to_dict(scene.camera),
+        "people": _people_to_dict(scene.people),
+        "bodies": _bodies_to_dict(scene.bodies),
+        "made_by": asdict(scene.made_by),
+        "about": dict(scene.about),
+        "seconds": _finite(scene.seconds),
+    }
+
+
+def _scene_from_dict(fields: Mapping[str, Any]) -> Scene:
+    return Scene(
+        photo=fields["photo"],
+        sha256=fields["sha256"],
+        width_px=fields["width_px"],
+        height_px=fields["height_px"],
+        status=fields["status"],
+        reason=fields["reason"],
+        camera=_camera_from_dict(fields["camera"]),
+        people=_people_from_dict(fields["people"]),
+        bodies=_bodies_from_dict(fields["bodies"]),
+        made_by=Provenance(**fields["made_by"]),
+        about=fields["about"],
+        seconds=math.nan if fields["seconds"] is None else fields["seconds"],
+    )

@@ -1,0 +1,191 @@
+"""The three tidy tables of a results folder: their columns, units and meanings, and the rows of one scene.
+
+The codebook is made from here, so that a column and its meaning can never part.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from .distances import ZONES
+from .scene import Scene
+from .skeleton import PARTS
+
+Value = str | int | float | bool | None
+
+
+@dataclass(frozen=True)
+class Column:
+    """One column: its name, SQL type, unit ("" where it has none), meaning, and its value for a row of a scene.
+
+    `value` takes (scene) for photos, (scene, person) for people and (scene, a, b) for pairs.
+    """
+
+    name: str
+    kind: str
+    unit: str
+    meaning: str
+    value: Callable[..., Value]
+
+
+def rows(table: str, scene: Scene) -> list[dict[str, Value]]:
+    """Return the rows of one scene in the table "photos", "people" or "pairs"."""
+    if table == "photos":
+        keys: list[tuple[int, ...]] = [()]
+    elif table == "people":
+        keys = [(i,) for i in range(len(scene))]
+    else:
+        keys = list(scene.distances.pairs())
+    return [{c.name: _clean(c.value(scene, *key)) for c in TABLES[table]} for key in keys]
+
+
+def _clean(value: Any) -> Value:
+    if isinstance(value, float):
+        value = float(value)
+        return float(f"{value:.7g}") if math.isfinite(value) else None
+    return value
+
+
+def _camera(attribute: str) -> Callable[[Scene], Value]:
+    return lambda s: None if s.camera.camera is None else getattr(s.camera.camera, attribute)
+
+
+def _about(key: str) -> Callable[[Scene], Value]:
+    return lambda s: s.about.get(key)
+
+
+def _floor(attribute: str, scale: float = 1.0) -> Callable[[Scene], Value]:
+    return lambda s: None if s.bodies.floor is None else getattr(s.bodies.floor, attribute) * scale
+
+
+_DEGREES = 180 / math.pi
+
+_PHOTOS = (
+    Column("photo", "VARCHAR", "", "path of the photo, relative to the folder named", lambda s: s.photo),
+    Column("sha256", "VARCHAR", "", "SHA-256 of the file", lambda s: s.sha256),
+    Column("status", "VARCHAR", "", "ok, no_camera (people without distances) or failed", lambda s: s.status),
+    Column("reason", "VARCHAR", "", "why the status is not ok, and what to do", lambda s: s.reason),
+    Column("width_px", "INTEGER", "px", "width of the upright photo", lambda s: s.width_px),
+    Column("height_px", "INTEGER", "px", "height of the upright photo", lambda s: s.height_px),
+    Column("focal_px", "DOUBLE", "px", "focal length in pixels of the upright photo", _camera("f_px")),
+    Column("focal_source", "VARCHAR", "", "where the focal length came from; ASSUMED is a guess", _camera("source")),
+    Column("n_people", "INTEGER", "", "people found", len),
+    Column("n_pairs", "INTEGER", "", "pairs with a distance", lambda s: s.distances.below(math.inf)),
+    Column("seconds", "DOUBLE", "s", "computing time", lambda s: s.seconds),
+    Column("focal_rel_sd", "DOUBLE", "", "relative standard deviation of the focal length", _camera("focal_rel_sd")),
+    Column("camera_flags", "VARCHAR", "", "what is doubtful about the camera", lambda s: "; ".join(s.camera.flags)),
+    Column("camera_height_m", "DOUBLE", "m", "height of the camera above the floor", _floor("height_m")),
+    Column("camera_pitch_deg", "DOUBLE", "deg", "camera pitch, positive looks down", _floor("pitch_rad", _DEGREES)),
+    Column("date", "VARCHAR", "", "when the photo was taken (its metadata)", _about("date")),
+    Column("country", "VARCHAR", "", "country (its metadata)", _about("country")),
+    Column("city", "VARCHAR", "", "city (its metadata)", _about("city")),
+    Column("source", "VARCHAR", "", "agency or source (its metadata)", _about("source")),
+)
+
+
+def _position(axis: int) -> Callable[[Scene, int], Value]:
+    return lambda s, i: float(s.bodies.positions_m[i, axis])
+
+
+def _position_sd(axis: int) -> Callable[[Scene, int], Value]:
+    return lambda s, i: float(s.bodies.position_sd_m[i, axis])
+
+
+def _box(side: int) -> Callable[[Scene, int], Value]:
+    return lambda s, i: float(s.people.boxes_px[i, side])
+
+
+def _part(part: str, axis: int) -> Callable[[Scene, int], Value]:
+    return lambda s, i: float(s.people.part(part)[i, axis])
+
+
+_AXES = ("to the right", "down", "along the optical axis, the depth of the torso's middle")
+
+_PEOPLE = (
+    Column("photo", "VARCHAR", "", "path of the photo", lambda s, i: s.photo),
+    Column("person", "INTEGER", "", "number of the person in the photo, from 0", lambda s, i: i),
+    *(
+        Column(f"{axis}_m", "DOUBLE", "m", f"position in the camera frame, {text}", _position(k))
+        for k, (axis, text) in enumerate(zip("xyz", _AXES, strict=True))
+    ),
+    *(
+        Column(f"{axis}_sd_m", "DOUBLE", "m", f"standard deviation of {axis}_m", _position_sd(k))
+        for k, axis in enumerate("xyz")
+    ),
+    Column("method", "VARCHAR", "", "the method that placed the person", lambda s, i: s.bodies.method),
+    Column(
+        "basis", "VARCHAR", "", "the evidence used: feet, torso, shoulders, eyes ...", lambda s, i: s.bodies.basis[i]
+    ),
+    Column("score", "DOUBLE", "", "detector's confidence, 0 to 1", lambda s, i: float(s.people.person_scores[i])),
+    *(
+        Column(f"box_{side}", "DOUBLE", "px", f"box around the person, {side}", _box(k))
+        for k, side in enumerate(("x0", "y0", "x1", "y1"))
+    ),
+    *(
+        Column(f"{part.lower()}_{'uv'[axis]}_px", "DOUBLE", "px", f"centre of the {part.lower()}", _part(part, axis))
+        for part in ("Eyes", "Head", "Shoulder", "Torso")
+        for axis in (0, 1)
+    ),
+    Column("reason", "VARCHAR", "", "why there is no position", lambda s, i: s.bodies.reasons[i]),
+    Column(
+        "heading_deg",
+        "DOUBLE",
+        "deg",
+        "where the body faces: 0 to the camera, positive to the photo's right",
+        lambda s, i: float(s.bodies.heading_rad[i]) * _DEGREES,
+    ),
+    Column(
+        "heading_sd_deg",
+        "DOUBLE",
+        "deg",
+        "standard deviation of heading_deg",
+        lambda s, i: float(s.bodies.heading_sd_rad[i]) * _DEGREES,
+    ),
+)
+assert {p.lower() for p in PARTS} == {"eyes", "head", "shoulder", "torso"}
+
+
+def _pair(matrix: str) -> Callable[[Scene, int, int], Value]:
+    return lambda s, a, b: float(getattr(s.distances, matrix)[a, b])
+
+
+def _zone_probability(k: int) -> Callable[[Scene, int, int], Value]:
+    return lambda s, a, b: float(s.distances.zone_probability[a, b, k])
+
+
+def _pair_reason(scene: Scene, a: int, b: int) -> Value:
+    reasons = [f"person {i}: {scene.bodies.reasons[i]}" for i in (a, b) if scene.bodies.reasons[i]]
+    return "; ".join(reasons) or None
+
+
+_PAIRS = (
+    Column("photo", "VARCHAR", "", "path of the photo", lambda s, a, b: s.photo),
+    Column("person_a", "INTEGER", "", "number of one person", lambda s, a, b: a),
+    Column("person_b", "INTEGER", "", "number of the other person", lambda s, a, b: b),
+    Column("distance_m", "DOUBLE", "m", "distance between body centres (see on_ground)", _pair("distance_m")),
+    Column("low_m", "DOUBLE", "m", "lower end of the central 90 % interval", _pair("low_m")),
+    Column("high_m", "DOUBLE", "m", "upper end of the central 90 % interval", _pair("high_m")),
+    Column("distance_3d_m", "DOUBLE", "m", "distance in space", _pair("distance_3d_m")),
+    Column("zone", "VARCHAR", "", "Hall's zone of distance_m", lambda s, a, b: s.distances.zone(a, b)),
+    Column("reason", "VARCHAR", "", "why there is no distance", _pair_reason),
+    Column(
+        "on_ground",
+        "BOOLEAN",
+        "",
+        "true: distance_m is along the ground; false: gravity is unknown, it is in space",
+        lambda s, a, b: s.distances.on_ground,
+    ),
+    *(
+        Column(f"p_{zone}", "DOUBLE", "", f"probability of the {zone} zone", _zone_probability(k))
+        for k, zone in enumerate(ZONES)
+    ),
+    Column(
+        "p_group", "DOUBLE", "", "probability that the two face each other (F-formation)", _pair("group_probability")
+    ),
+)
+
+#: Table -> its columns, in order.
+TABLES: dict[str, tuple[Column, ...]] = {"photos": _PHOTOS, "people": _PEOPLE, "pairs": _PAIRS}
