@@ -15,7 +15,9 @@ from .. import __version__
 from ..errors import ProxemetryError
 
 #: Command -> what `--help` says of it. Module `cli.COMMAND` has `configure(parser)` and `run(args) -> exit code`.
-COMMANDS: dict[str, str] = {}
+COMMANDS: dict[str, str] = {
+    "models": "list, fetch and check the networks that find people",
+}
 
 DONE, SOME_FAILED, NOTHING_DONE = 0, 1, 2
 

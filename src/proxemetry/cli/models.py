@@ -1,0 +1,110 @@
+"""`proxemetry models`: the networks' files - what there is, where they lie, whether they are whole."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+
+from .. import weights
+from ..errors import ModelError
+from ..weights import Model
+from . import DONE, SOME_FAILED
+
+_EXAMPLES = """examples:
+  proxemetry models list                        what there is, its licence, and what is here
+  proxemetry models fetch                       the embedded back end's networks
+  proxemetry models fetch yolox_nano.onnx       one of the others
+  proxemetry models add ~/Downloads/FILE        a file that you have
+  proxemetry models verify                      check every file that is here
+  proxemetry models path pose_detection         where it lies
+
+PROXEMETRY_CACHE names the folder, or several as in PATH: all are searched, the first that can be written receives.
+PROXEMETRY_OFFLINE=1 forbids fetching. PROXEMETRY_MIRROR is a web address that is tried first.
+"""
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add this command's options."""
+    parser.epilog = _EXAMPLES
+    actions = parser.add_subparsers(dest="action", metavar="list|fetch|verify|path|add", required=True)
+    actions.add_parser("list", help="every network: licence, size, origin, and whether it is here")
+    fetch = actions.add_parser("fetch", help="fetch networks (the embedded back end's where none is named)")
+    fetch.add_argument("names", nargs="*", metavar="NAME")
+    fetch.add_argument("--accept-licence", action="store_true", help="needed where it forbids commercial use")
+    fetch.add_argument("--offline", action="store_true", help="fetch nothing: fail where something is not here")
+    verify = actions.add_parser("verify", help="check hashes (of every file that is here where none is named)")
+    verify.add_argument("names", nargs="*", metavar="NAME")
+    path = actions.add_parser("path", help="print where a network lies, or the cache folders where none is named")
+    path.add_argument("names", nargs="*", metavar="NAME")
+    add = actions.add_parser("add", help="copy a file that you have into the cache, once its hash is right")
+    add.add_argument("file", metavar="FILE")
+    add.add_argument("--name", help="which network it is; without it the hash decides")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Run one action and return the exit code."""
+    return {"list": _list, "fetch": _fetch, "verify": _verify, "path": _path, "add": _add}[args.action](args)
+
+
+def _list(args: argparse.Namespace) -> int:
+    rows = [("name", "here", "MB", "commercial use", "licence", "origin", "sha256", "training data")]
+    rows += [_row(model) for model in weights.MODELS.values()]
+    widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]) - 1)]
+    for row in rows:
+        _say("  ".join(text.ljust(width) for text, width in zip(row, [*widths, 0], strict=True)))
+    return DONE
+
+
+def _row(model: Model) -> tuple[str, ...]:
+    here = "yes" if weights.locate(model.name) else "no"
+    size = f"{model.size_bytes / 1e6:.1f}" if model.size_bytes else "?"
+    hash_text = model.sha256[:12] if model.hash_is_complete else f"{model.sha256} (published prefix)"
+    commercial = "yes" if model.commercial_use else "NO"
+    return (model.name, here, size, commercial, model.licence, model.origin, hash_text, model.training_data)
+
+
+def _fetch(args: argparse.Namespace) -> int:
+    names = args.names or list(weights.EMBEDDED)
+    located = weights.fetch(names, accept_licence=args.accept_licence, offline=args.offline, say=_say_aside)
+    for one in located:
+        _say(f"{one.path}  {one.sha256}")
+    return DONE
+
+
+def _verify(args: argparse.Namespace) -> int:
+    names = args.names or [name for name in weights.MODELS if weights.locate(name)]
+    failed = 0
+    for name in names:
+        try:
+            located = weights.verify(name)
+        except ModelError as error:
+            _say(str(error))
+            failed += 1
+        else:
+            _say(f"{located.path}: whole ({located.sha256})")
+    if not names:
+        _say("no network is here yet: `proxemetry models fetch`")
+    return SOME_FAILED if failed else DONE
+
+
+def _path(args: argparse.Namespace) -> int:
+    if not args.names:
+        for folder in weights.cache_folders():
+            _say(str(folder))
+    for name in args.names:
+        _say(str(weights.verify(name).path))
+    return DONE
+
+
+def _add(args: argparse.Namespace) -> int:
+    located = weights.add(args.file, args.name)
+    _say(f"{located.path}  {located.sha256}")
+    return DONE
+
+
+def _say(line: str) -> None:
+    sys.stdout.write(line + "\n")
+
+
+def _say_aside(line: str) -> None:
+    sys.stderr.write(line + "\n")

@@ -1,0 +1,91 @@
+"""Who finds the people: the pose back ends by name, loaded when asked for.
+
+A back end's name may carry an argument after a colon: `recorded:FILE`, `python:MODULE:FUNCTION`.
+"""
+
+from __future__ import annotations
+
+import importlib
+import importlib.util
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from .. import weights
+from ..errors import SettingsError
+from ..people import PoseBackend
+
+EFFORTS = ("fast", "normal", "thorough")
+
+
+@dataclass(frozen=True)
+class PoseOptions:
+    """What the user states of finding people, for every back end; each takes what it knows.
+
+    effort: "fast", "normal" or "thorough". threads: how many a network may use (1 where photos run in parallel).
+    offline: nothing may be fetched. device: "cpu", "gpu" or "openvino". flip: average with the mirrored photo.
+    """
+
+    effort: str = "normal"
+    threads: int = 2
+    offline: bool = False
+    device: str = "cpu"
+    flip: bool = False
+
+    def __post_init__(self) -> None:
+        if self.effort not in EFFORTS:
+            raise SettingsError(f"effort {self.effort!r} is unknown: use one of {', '.join(EFFORTS)}")
+        if self.threads < 1:
+            raise SettingsError(f"threads is {self.threads}: it must be 1 or more")
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One back end: `target` is "module:factory", called as factory(argument, options) -> PoseBackend.
+
+    models: names of the networks it needs. runtime: the package that runs them, "" for none. summary: for the list.
+    """
+
+    target: str
+    models: tuple[str, ...]
+    runtime: str
+    summary: str
+
+
+BACKENDS: dict[str, Entry] = {
+    "blazepose": Entry(
+        "blazepose:open_backend", weights.EMBEDDED, "ai_edge_litert", "the embedded default: runs everywhere"
+    ),
+    "recorded": Entry("recorded:open_backend", (), "", "recorded:FILE replays a keypoint file or folder"),
+    "python": Entry("callables:open_backend", (), "", "python:MODULE:FUNCTION calls your own detector"),
+}
+
+#: Best first; `auto` takes the first whose networks and runtime are there. The embedded one always can be had.
+AUTO_ORDER: tuple[str, ...] = ("blazepose",)
+
+
+def is_available(name: str) -> bool:
+    """Return whether a back end's networks and runtime are there, without loading any."""
+    entry = BACKENDS[name]
+    runtime_is_there = not entry.runtime or importlib.util.find_spec(entry.runtime) is not None
+    return runtime_is_there and all(weights.locate(model) is not None for model in entry.models)
+
+
+def auto_name() -> str:
+    """Return the name that `auto` stands for on this machine now."""
+    return next((name for name in AUTO_ORDER if is_available(name)), AUTO_ORDER[-1])
+
+
+def backend_named(name: str, options: PoseOptions | None = None) -> PoseBackend:
+    """Return the back end of that name, ready to detect.
+
+    Raises SettingsError for a name that is not in `BACKENDS`, ModelError where a network is absent or damaged,
+    KeypointsError where recorded keypoints are malformed.
+    """
+    key, _, argument = (auto_name() if name == "auto" else name).partition(":")
+    if key not in BACKENDS:
+        raise SettingsError(f"pose back end {name!r} is unknown: use auto or one of {', '.join(BACKENDS)}")
+    module, attribute = BACKENDS[key].target.split(":")
+    factory: Callable[[str, PoseOptions], PoseBackend] = getattr(
+        importlib.import_module(f"{__name__}.{module}"), attribute
+    )
+    return factory(argument, options or PoseOptions())

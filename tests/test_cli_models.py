@@ -1,0 +1,62 @@
+"""`proxemetry models` as scripts use it: exit codes, one line for what went wrong, paths on standard output."""
+
+from __future__ import annotations
+
+import hashlib
+
+import pytest
+
+from proxemetry import weights
+from proxemetry.cli import main
+from proxemetry.weights import Model, table
+
+CONTENT = b"a small network"
+
+
+@pytest.fixture
+def cache(tmp_path, monkeypatch):
+    monkeypatch.setenv("PROXEMETRY_CACHE", str(tmp_path / "cache"))
+    model = Model("tiny.onnx", hashlib.sha256(CONTENT).hexdigest(), 15, (), "a test", "MIT", "none")
+    monkeypatch.setitem(table.MODELS, model.name, model)
+    return tmp_path / "cache"
+
+
+def test_list_has_a_row_for_every_network(cache, capsys):
+    assert main(["models", "list"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert len(lines) == 1 + len(weights.MODELS)
+    assert "Apache-2.0" in next(line for line in lines if line.startswith("pose_detection.tflite"))
+
+
+def test_add_then_path_then_verify(cache, tmp_path, capsys):
+    own = tmp_path / "own.bin"
+    own.write_bytes(CONTENT)
+    assert main(["models", "add", str(own)]) == 0
+    assert main(["models", "path", "tiny"]) == 0
+    assert capsys.readouterr().out.splitlines()[-1] == str(cache / "tiny.onnx")
+    assert main(["models", "verify"]) == 0
+    (cache / "tiny.onnx").write_bytes(b"damaged")
+    assert main(["models", "verify"]) == 1
+    assert "damaged" in capsys.readouterr().out
+
+
+def test_verify_without_any_says_how_to_get_them(cache, capsys):
+    assert main(["models", "verify"]) == 0
+    assert "models fetch" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "expected"),
+    [
+        (["fetch", "nonsense"], "is not in the table"),
+        (["fetch", "--offline"], "offline"),
+        (["fetch", "tiny"], "nobody may hand it on"),
+        (["path", "tiny"], "models add FILE"),
+        (["add", "/no/such/file"], "no such file"),
+    ],
+)
+def test_what_cannot_be_done_is_one_line_and_exit_code_2(cache, capsys, arguments, expected):
+    assert main(["models", *arguments]) == 2
+    error = capsys.readouterr().err
+    assert expected in error
+    assert error.count("\n") == 1
