@@ -1,3 +1,42 @@
-"""Measure how far apart people stand in ordinary photographs."""
+"""Measure how far apart people stand in ordinary photographs.
+
+    import proxemetry as px
+    scene = px.measure("photo.jpg")
+    scene.distances_m
+
+Importing this loads no network's runtime, no plotting and no web framework; those come when they are used.
+"""
 
 __version__ = "0.1.0"
+
+from .bodies import Bodies
+from .camera import Camera, CameraEstimate
+from .distances import Distances, zone_of
+from .errors import ProxemetryError
+from .focal import FocalRequest
+from .locate import LocateSettings
+from .measure import Settings, measure, remeasure
+from .people import People, PoseBackend
+from .photo import Photo
+from .scene import Scene
+from .skeleton import SKELETONS, Skeleton
+
+__all__ = [
+    "SKELETONS",
+    "Bodies",
+    "Camera",
+    "CameraEstimate",
+    "Distances",
+    "FocalRequest",
+    "LocateSettings",
+    "People",
+    "Photo",
+    "PoseBackend",
+    "ProxemetryError",
+    "Scene",
+    "Settings",
+    "Skeleton",
+    "measure",
+    "remeasure",
+    "zone_of",
+]

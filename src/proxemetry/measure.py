@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -118,9 +118,15 @@ def _opened(photo: str | Path | RGBArray | Photo) -> Photo:
 
 
 def _backend(pose: str | PoseBackend | Callable[..., Any]) -> PoseBackend:
-    from .pose import backend_named, wrapped
+    from .pose import backend_named
 
-    return backend_named(pose) if isinstance(pose, str) else wrapped(pose)
+    if isinstance(pose, str):
+        return backend_named(pose)
+    if hasattr(pose, "detect"):
+        return cast(PoseBackend, pose)
+    from .pose.callables import CallableBackend
+
+    return CallableBackend(cast(Callable[[RGBArray], Any], pose))
 
 
 def _estimate(

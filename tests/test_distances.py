@@ -1,0 +1,143 @@
+"""Distances, intervals, zones and groups: closed forms and laws."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from proxemetry.bodies import Bodies, Mode
+from proxemetry.distances import ZONES, ground_frame, measure_distances, zone_of
+
+LEVEL_UP = np.array([0.0, -1.0, 0.0])
+
+
+def bodies_at(places, sd=0.0, up=LEVEL_UP, heading=None, modes=()):
+    count = len(places)
+    return Bodies(
+        np.array(places, dtype=float).reshape(-1, 3), np.eye(3 * count) * sd**2, "drawn", ("drawn",) * count,
+        (None,) * count, up=up, modes=modes,
+        heading_rad=np.zeros(0) if heading is None else np.array(heading),
+        heading_sd_rad=np.zeros(0) if heading is None else np.full(count, 0.05),
+    )  # fmt: skip
+
+
+def test_three_four_five():
+    distances = measure_distances(bodies_at([(0, 0, 5), (3, 0, 9)]))
+    assert distances.distance_m[0, 1] == pytest.approx(5)
+    assert distances.low_m[0, 1] == pytest.approx(5) == distances.high_m[0, 1]
+
+
+def test_on_the_ground_height_does_not_count_and_in_space_it_does():
+    places = [(0, 0, 5), (3, 12, 9)]
+    known, unknown = measure_distances(bodies_at(places)), measure_distances(bodies_at(places, up=None))
+    assert known.on_ground and not unknown.on_ground
+    assert known.distance_m[0, 1] == pytest.approx(5)
+    assert known.distance_3d_m[0, 1] == unknown.distance_m[0, 1] == pytest.approx(13)
+
+
+def test_a_pitched_camera_sees_the_same_ground():
+    p = math.radians(30)
+    up = np.array([0, -math.cos(p), -math.sin(p)])
+    right, forward, _ = ground_frame(up)
+    distances = measure_distances(bodies_at([5 * forward, 9 * forward + 3 * right - 2 * up], up=up))
+    assert distances.distance_m[0, 1] == pytest.approx(5)
+
+
+@given(st.floats(0.01, 0.3), st.floats(2, 8))
+def test_far_apart_the_interval_is_the_gaussians(sd, gap):
+    distances = measure_distances(bodies_at([(0, 0, 5), (gap, 0, 5)], sd))
+    half = 1.6449 * math.sqrt(2) * sd
+    assert distances.low_m[0, 1] == pytest.approx(gap - half, abs=0.15 * half + sd**2 / gap)
+    assert distances.high_m[0, 1] == pytest.approx(gap + half, abs=0.15 * half + 2 * sd**2 / gap)
+
+
+def test_people_who_share_an_error_are_surer_of_their_distance():
+    apart = bodies_at([(0, 0, 5), (1, 0, 5)], 0.2)
+    shared = np.tile(np.eye(3), (2, 2)) * 0.2**2
+    together = Bodies(apart.positions_m, shared, "drawn", ("a", "b"), (None, None), up=LEVEL_UP)
+    loose, tight = measure_distances(apart), measure_distances(together)
+    assert tight.high_m[0, 1] - tight.low_m[0, 1] < 1e-6 < loose.high_m[0, 1] - loose.low_m[0, 1]
+
+
+def test_two_modes_widen_the_interval_to_both():
+    near, far = [(0, 0, 5), (1, 0, 5)], [(0, 0, 5), (3, 0, 5)]
+    tiny = np.eye(6) * 1e-8
+    modes = (Mode(0.7, np.array(near, float), tiny), Mode(0.3, np.array(far, float), tiny))
+    distances = measure_distances(bodies_at(near, 1e-4, modes=modes))
+    assert distances.low_m[0, 1] == pytest.approx(1, abs=0.01)
+    assert distances.high_m[0, 1] == pytest.approx(3, abs=0.01)
+    assert distances.zone_probability[0, 1].tolist() == pytest.approx([0, 0.7, 0.3, 0], abs=0.01)
+
+
+places = st.lists(st.tuples(st.floats(-5, 5), st.floats(-1, 1), st.floats(2, 20)), min_size=2, max_size=5, unique=True)
+
+
+@given(places, st.floats(0.01, 1), st.data())
+def test_order_of_people_and_mirroring_change_nothing(people, sd, data):
+    order = data.draw(st.permutations(range(len(people))))
+    plain = measure_distances(bodies_at(people, sd))
+    permuted = measure_distances(bodies_at([people[i] for i in order], sd))
+    mirrored = measure_distances(bodies_at([(-x, y, z) for x, y, z in people], sd))
+    for name in ("distance_m", "low_m", "high_m"):
+        expected = getattr(plain, name)
+        assert getattr(permuted, name) == pytest.approx(expected[np.ix_(order, order)], nan_ok=True)
+        assert getattr(mirrored, name) == pytest.approx(expected, nan_ok=True)
+
+
+@given(places, st.floats(0.01, 1))
+def test_the_interval_is_ordered_and_zones_are_probabilities(people, sd):
+    distances = measure_distances(bodies_at(people, sd))
+    a, b = np.triu_indices(len(people), 1)
+    assert (distances.low_m[a, b] <= distances.high_m[a, b]).all()
+    assert distances.zone_probability[a, b].sum(axis=-1) == pytest.approx(np.ones(len(a)))
+
+
+def test_who_is_not_placed_has_no_distance_and_keeps_the_row():
+    bodies = bodies_at([(0, 0, 5), (math.nan,) * 3, (3, 0, 9)])
+    distances = measure_distances(bodies)
+    assert np.isnan(distances.distance_m[1]).all()
+    assert distances.distance_m[0, 2] == pytest.approx(5)
+    assert distances.zone(0, 1) is None
+    assert distances.below(10) == 1
+
+
+@pytest.mark.parametrize(
+    ("metres", "zone"),
+    [(0, "intimate"), (0.456, "intimate"), (0.457, "personal"), (1.219, "social"), (3.7, "public"), (math.nan, None)],
+)
+def test_halls_zones(metres, zone):
+    assert zone_of(metres) == zone
+    assert zone is None or zone in ZONES
+
+
+def test_nobody_and_one_person():
+    for count in (0, 1):
+        distances = measure_distances(bodies_at([(0, 0, 5)] * count))
+        assert distances.distance_m.shape == (count, count)
+        assert distances.pairs() == []
+
+
+def facing(places, headings):
+    return measure_distances(bodies_at(places, 0.02, heading=headings)).group_probability
+
+
+def test_two_people_face_to_face_form_a_group_and_back_to_back_do_not():
+    pair = [(-0.6, 0, 5), (0.6, 0, 5)]
+    inwards, outwards = [math.pi / 2, -math.pi / 2], [-math.pi / 2, math.pi / 2]
+    assert facing(pair, inwards)[0, 1] > 0.95
+    assert facing(pair, outwards)[0, 1] < 0.05
+
+
+def test_beyond_two_metres_nobody_forms_a_group():
+    assert facing([(-1.5, 0, 5), (1.5, 0, 5)], [math.pi / 2, -math.pi / 2])[0, 1] == 0
+
+
+def test_a_third_person_in_the_middle_ends_the_group():
+    trio = [(-0.6, 0, 5), (0.6, 0, 5), (0, 0, 5)]
+    assert facing(trio, [math.pi / 2, -math.pi / 2, 0.0])[0, 1] < 0.05
+
+
+def test_without_headings_groups_are_unknown():
+    assert np.isnan(measure_distances(bodies_at([(0, 0, 5), (1, 0, 5)])).group_probability).all()

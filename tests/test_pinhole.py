@@ -1,0 +1,147 @@
+"""The paper's four estimators against closed forms, and their laws."""
+
+import numpy as np
+import pytest
+from drawn import people_at
+from hypothesis import given
+from hypothesis import strategies as st
+
+from proxemetry.camera import Camera
+from proxemetry.errors import SettingsError
+from proxemetry.locate import LocateSettings, method_named
+from proxemetry.people import People
+from proxemetry.skeleton import BODY_25, COCO_17, HALPE_26
+
+CAMERA = Camera.centred(1200, 1600, 1200, focal_rel_sd=0.03)
+PLAIN = LocateSettings()
+METHODS = ("torso", "shoulder", "pupil", "combined")
+PLACES = [(-1.5, 0.1, 5.0), (1.5, -0.2, 9.0), (0.3, 0.0, 3.0)]
+#: Where each cue's pair lies above the middle of the torso, metres.
+RISE_M = {"torso": 0.0, "shoulder": 0.222, "pupil": 0.45}
+
+
+def locate(method, people, camera=CAMERA, quirks=()):
+    return method_named(method)(people, camera, LocateSettings(quirks=frozenset(quirks)))
+
+
+def without(people, *joints, row=0):
+    scores = people.scores.copy()
+    for joint in joints:
+        scores[row, people.skeleton.index(joint)] = 0
+    return People(people.skeleton, people.keypoints_px, scores)
+
+
+@pytest.mark.parametrize("skeleton", [COCO_17, BODY_25, HALPE_26], ids=lambda s: s.name)
+@pytest.mark.parametrize("cue", ["torso", "shoulder", "pupil"])
+def test_a_figure_of_the_papers_size_is_placed_exactly(cue, skeleton):
+    bodies = locate(cue, people_at(PLACES, CAMERA, skeleton))
+    expected = np.array(PLACES) - (0, RISE_M[cue], 0)
+    assert bodies.positions_m == pytest.approx(expected)
+    assert bodies.basis == (cue,) * 3
+
+
+def test_combined_takes_the_position_nearest_to_the_camera():
+    people = people_at([(0, 0, 5)], CAMERA)
+    keypoints = people.keypoints_px.copy()
+    for joint, shift in (("left_shoulder", 5), ("right_shoulder", -5)):  # wider shoulders look nearer
+        keypoints[0, COCO_17.index(joint), 0] += shift
+    bodies = locate("combined", People(COCO_17, keypoints, people.scores))
+    width_px = 0.389 * 1200 / 5 + 10
+    assert bodies.basis == ("shoulder",)
+    assert bodies.positions_m[0, 2] == pytest.approx(1200 * 0.389 / width_px)
+
+
+def test_who_cannot_be_placed_stays_with_a_reason():
+    people = without(people_at(PLACES, CAMERA), "left_hip", row=1)
+    bodies = locate("torso", people)
+    assert bodies.placed.tolist() == [True, False, True]
+    assert bodies.reasons[1] is not None and "hips" in bodies.reasons[1]
+    assert np.isnan(bodies.positions_m[1]).all()
+
+
+def test_a_face_seen_from_behind_gives_no_pupils():
+    people = people_at([(0, 0, 5)], CAMERA)
+    swapped = people.keypoints_px.copy()
+    swapped[0, [1, 2]] = swapped[0, [2, 1]]
+    assert not locate("pupil", People(COCO_17, swapped, people.scores)).placed[0]
+
+
+def test_with_one_ear_the_pupils_are_far_eye_to_ear_over_1_95():
+    people = without(people_at([(0, 0, 5)], CAMERA), "right_ear")
+    far = np.hypot(0.0315 + 0.07, 0.01) / 1.95
+    assert locate("pupil", people).positions_m[0, 2] == pytest.approx(0.063 / (far / 5))
+
+
+def test_shoulders_of_unequal_halves_are_refused_where_the_neck_is_real():
+    people = people_at([(0, 0, 5)], CAMERA, BODY_25)
+    keypoints = people.keypoints_px.copy()
+    keypoints[0, BODY_25.index("neck"), 0] += 8
+    assert not locate("shoulder", People(BODY_25, keypoints, people.scores)).placed[0]
+
+
+def test_quirk_shoulder_counter_hands_a_neighbours_shoulders_on():
+    people = people_at(PLACES, CAMERA, BODY_25)
+    keypoints = people.keypoints_px.copy()
+    keypoints[0, BODY_25.index("neck"), 0] += 8
+    bodies = locate("shoulder", People(BODY_25, keypoints, people.scores), quirks=["shoulder-counter"])
+    assert bodies.positions_m[:2, 2] == pytest.approx([9, 3])
+    assert not bodies.placed[2]
+
+
+def test_quirk_code_torso_length():
+    depth = locate("torso", people_at([(0, 0, 5)], CAMERA), quirks=["code-torso-length"]).positions_m[0, 2]
+    assert depth == pytest.approx(5 * 444.5 / 444)
+
+
+def test_quirk_zero_length_puts_a_person_into_the_camera():
+    people = people_at([(0, 0, 5)], CAMERA, BODY_25)
+    keypoints = people.keypoints_px.copy()
+    keypoints[0, BODY_25.index("mid_hip")] = keypoints[0, BODY_25.index("neck")]
+    flat = People(BODY_25, keypoints, people.scores)
+    assert not locate("torso", flat).placed[0]
+    assert locate("torso", flat, quirks=["zero-length"]).positions_m[0].tolist() == [0, 0, 0]
+
+
+def test_an_unknown_quirk_is_refused():
+    with pytest.raises(SettingsError, match="wobble"):
+        locate("torso", people_at(PLACES, CAMERA), quirks=["wobble"])
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_nobody_gives_nobody(method):
+    assert len(locate(method, People.none(COCO_17))) == 0
+
+
+@pytest.mark.parametrize("method", METHODS)
+@given(factor=st.floats(0.2, 5))
+def test_scaling_photo_and_focal_length_together_changes_no_position(method, factor):
+    people = people_at(PLACES, CAMERA)
+    scaled = Camera(1200 * factor, 1200 * factor, 800 * factor, 600 * factor, 1, 1)
+    there = locate(method, people.scaled(factor, factor), scaled).positions_m
+    assert there == pytest.approx(locate(method, people).positions_m)
+
+
+@pytest.mark.parametrize("method", METHODS)
+@given(order=st.permutations(range(3)))
+def test_permuting_people_permutes_bodies(method, order):
+    people, order = people_at(PLACES, CAMERA), list(order)
+    bodies, permuted = locate(method, people), locate(method, people[order])
+    assert permuted.positions_m == pytest.approx(bodies.positions_m[order])
+    rows = np.concatenate([[3 * i, 3 * i + 1, 3 * i + 2] for i in order])
+    assert permuted.covariance_m2 == pytest.approx(bodies.covariance_m2[np.ix_(rows, rows)])
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_mirroring_mirrors(method):
+    people = people_at(PLACES, CAMERA)
+    mirrored = locate(method, people.mirrored(1600), CAMERA.mirrored())
+    assert mirrored.positions_m == pytest.approx(locate(method, people).positions_m * (-1, 1, 1))
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_the_covariance_is_symmetric_and_positive_and_shares_the_focal_length(method):
+    bodies = locate(method, people_at(PLACES, CAMERA))
+    covariance = bodies.covariance_m2
+    assert covariance == pytest.approx(covariance.T)
+    assert np.linalg.eigvalsh(covariance).min() > -1e-9
+    assert covariance[2, 5] >= 0.03**2 * 5 * 9 * 0.99  # both depths scale with f

@@ -1,0 +1,137 @@
+"""Scenes: the way from keypoints to tables, and there and back through JSON."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+from drawn import people_at
+
+from proxemetry.bodies import Bodies, Floor, Mode
+from proxemetry.camera import Camera, CameraEstimate, Candidate
+from proxemetry.errors import OutputError
+from proxemetry.measure import Settings, place, remeasure
+from proxemetry.people import People
+from proxemetry.scene import Scene
+from proxemetry.skeleton import COCO_17
+from proxemetry.tables import TABLES, rows
+
+CAMERA = Camera.centred(1000, 1000, 800, focal_rel_sd=0.02, source="drawn")
+ESTIMATE = CameraEstimate(CAMERA, (Candidate(1000.0, 0.02, "drawn"),), ("a flag",))
+
+
+def scene_of(places, estimate=ESTIMATE, method="torso"):
+    return place("a.jpg", "0" * 64, 1000, 800, people_at(places, CAMERA), estimate, Settings(method=method))
+
+
+def test_two_people_on_a_3_4_5_triangle_are_5_m_apart():
+    scene = scene_of([(-1.5, 0, 5), (1.5, 0, 9)])
+    assert scene.distances_m[0, 1] == pytest.approx(5.00)
+    assert scene.distances.low_m[0, 1] < 5 < scene.distances.high_m[0, 1]
+
+
+def test_without_a_camera_people_are_listed_without_distances():
+    scene = scene_of([(0, 0, 5), (1, 0, 5)], CameraEstimate(None, reason="no focal length; state one"))
+    assert scene.status == "no_camera"
+    assert scene.reason == "no focal length; state one"
+    assert len(scene) == 2
+    assert np.isnan(scene.distances_m).all()
+    assert [row["reason"] for row in rows("people", scene)] == [scene.reason] * 2
+
+
+@pytest.mark.parametrize("places", [[], [(0, 0, 5)], [(-1, 0, 4), (1, 0, 6), (0, 0.1, 9)]])
+def test_json_there_and_back(places):
+    scene = scene_of(places)
+    text = scene.to_json()
+    assert "NaN" not in text
+    again = Scene.from_json(text)
+    assert again.to_json() == text
+    assert again.distances_m == pytest.approx(scene.distances_m, rel=1e-5, nan_ok=True)
+
+
+def test_json_keeps_floor_modes_and_gravity():
+    positions, covariance = np.array([[0, 0, 5.0], [1, 0, 6.0]]), np.eye(6) * 0.01
+    modes = (Mode(0.6, positions, covariance), Mode(0.4, positions + 1, covariance * 2))
+    floor = Floor(1.6, 0.1, 0.0)
+    bodies = Bodies(
+        positions,
+        covariance,
+        "drawn",
+        ("feet", "torso"),
+        (None, None),
+        np.array([0, -1.0, 0]),
+        floor=floor,
+        modes=modes,
+    )
+    scene = Scene("a", "", 10, 10, "ok", None, ESTIMATE, people_at([(0, 0, 5), (1, 0, 6)], CAMERA), bodies)
+    again = Scene.from_json(scene.to_json()).bodies
+    assert again.modes[1].weight == 0.4
+    assert again.modes[1].covariance_m2 == pytest.approx(modes[1].covariance_m2)
+    assert again.floor is not None and again.floor.pitch_rad == 0.1 and math.isnan(again.floor.pitch_sd_rad)
+    assert again.up is not None and again.up.tolist() == [0, -1, 0]
+
+
+@pytest.mark.parametrize("text", ["", "[]", "{}", '{"schema": "proxemetry.scene/99"}'])
+def test_other_text_is_refused(text):
+    with pytest.raises(OutputError):
+        Scene.from_json(text)
+
+
+def test_rows_have_every_column_and_missing_is_none():
+    scene = scene_of([(0, 0, 5), (1, 0, 5)])
+    for table, columns in TABLES.items():
+        for row in rows(table, scene):
+            assert list(row) == [c.name for c in columns]
+            json.dumps(row, allow_nan=False)
+    assert rows("pairs", scene)[0]["on_ground"] is False
+
+
+def test_columns_promised_to_scripts_come_first_in_their_order():
+    promised = {
+        "photos": "photo, sha256, status, reason, width_px, height_px, focal_px, focal_source, n_people, n_pairs,"
+        " seconds",
+        "people": "photo, person, x_m, y_m, z_m, x_sd_m, y_sd_m, z_sd_m, method, basis, score, box_x0, box_y0, box_x1,"
+        " box_y1, eyes_u_px, eyes_v_px, head_u_px, head_v_px, shoulder_u_px, shoulder_v_px, torso_u_px, torso_v_px,"
+        " reason",
+        "pairs": "photo, person_a, person_b, distance_m, low_m, high_m, distance_3d_m, zone, reason",
+    }
+    for table, names in promised.items():
+        expected = [n.strip() for n in names.split(",")]
+        assert [c.name for c in TABLES[table]][: len(expected)] == expected
+
+
+def test_remeasuring_with_another_focal_length_scales_depth():
+    scene = scene_of([(0, 0, 5), (1, 0, 5)])
+    doubled = CameraEstimate(CAMERA.with_focal(2000))
+    assert remeasure(scene, Settings(method="torso"), camera=doubled).positions_m[:, 2] == pytest.approx([10, 10])
+
+
+def test_a_failed_photo_is_a_scene_too():
+    scene = Scene.failed("b.jpg", "not a photo")
+    assert Scene.from_json(scene.to_json()).reason == "not a photo"
+    assert rows("photos", scene)[0]["status"] == "failed"
+    assert rows("people", scene) == [] == rows("pairs", scene)
+
+
+def test_the_settings_of_a_scene_are_json():
+    json.dumps(Settings().to_dict(), allow_nan=False)
+
+
+def test_distorted_keypoints_are_straightened_before_they_are_measured():
+    bent = Camera(1000, 1000, 500, 400, 1000, 800, (-0.2, 0.05, 0.0, 0.0, 0.0))
+    places = [(-1.5, 0, 5), (1.5, 0, 9)]
+    scene = place("a", "", 1000, 800, people_at(places, bent), CameraEstimate(bent), Settings(method="torso"))
+    assert scene.distances_m[0, 1] == pytest.approx(5.00)
+    off = Settings(method="torso", undistort=False)
+    assert place("a", "", 1000, 800, people_at(places, bent), CameraEstimate(bent), off).distances_m[0, 1] != 5.00
+
+
+def test_people_keep_their_rows_through_the_whole_way():
+    people = people_at([(0, 0, 5), (1, 0, 5), (2, 0, 5)], CAMERA)
+    scores = people.scores.copy()
+    scores[1] = 0
+    scene = place("a", "", 1000, 800, People(COCO_17, people.keypoints_px, scores), ESTIMATE, Settings(method="torso"))
+    assert [row["person"] for row in rows("people", scene)] == [0, 1, 2]
+    assert rows("people", scene)[1]["x_m"] is None
+    assert rows("pairs", scene)[0]["distance_m"] is None
+    assert rows("pairs", scene)[1]["distance_m"] == pytest.approx(2)
