@@ -1,0 +1,89 @@
+"""docs/conventions.md, sentence by sentence; what other tests pin already is named there, not repeated."""
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from drawn import people_at
+
+from proxemetry.bodies import Floor
+from proxemetry.camera import Camera
+from proxemetry.distances import LEVEL, ZONE_LIMITS_M, ground_frame
+from proxemetry.measure import Settings, place
+from proxemetry.people import People
+from proxemetry.photo import Photo
+from proxemetry.skeleton import COCO_17
+
+DOCUMENT = Path(__file__).parents[1] / "docs" / "conventions.md"
+CAMERA = Camera.centred(1000, 1000, 800)
+
+
+def test_pixel_zero_is_the_outer_corner():
+    assert (CAMERA.cx, CAMERA.cy) == (500, 400)  # the middle of 1000 x 800 pixels, not of 0..999
+    assert CAMERA.resized(500, 400).cx == 250
+    assert CAMERA.cropped(100, 0, 900, 800).cx == 400
+
+
+def test_sizes_are_width_and_height_and_arrays_height_and_width():
+    photo = Photo.from_array(np.zeros((30, 50, 3), np.uint8))
+    assert (photo.width, photo.height) == (50, 30)
+    assert photo.pixels().shape == (30, 50, 3)
+
+
+def test_missing_is_nan_with_score_zero():
+    people = People(COCO_17, np.zeros((1, 17, 2)), np.eye(17)[:1])
+    assert people.keypoints_px[0, 0].tolist() == [0, 0]
+    assert np.isnan(people.keypoints_px[0, 1:]).all()
+    assert (people.scores[0, 1:] == 0).all()
+
+
+def test_the_camera_frame_is_right_down_forward():
+    centre = CAMERA.project([0, 0, 5])
+    right, down = CAMERA.project([1, 0, 5]), CAMERA.project([0, 1, 5])
+    assert (right - centre).tolist() == [200, 0]
+    assert (down - centre).tolist() == [0, 200]
+    assert np.isnan(CAMERA.project([0, 0, -5])).all()
+
+
+@pytest.mark.parametrize(("pitch", "roll"), [(0.0, 0.0), (0.3, 0.0), (-0.2, 0.1)])
+def test_up_from_pitch_and_roll(pitch, roll):
+    up = np.array([math.sin(roll) * math.cos(pitch), -math.cos(roll) * math.cos(pitch), -math.sin(pitch)])
+    assert np.linalg.norm(up) == pytest.approx(1)
+    looks_down = -up[2]  # the optical axis (0, 0, 1) against up
+    assert math.asin(looks_down) == pytest.approx(pitch)
+    assert ground_frame(up) @ ground_frame(up).T == pytest.approx(np.eye(3))
+    assert Floor(1.6, pitch, roll).pitch_rad == pitch
+
+
+def test_left_is_the_persons_own():
+    people = people_at([(0, 0, 5)], CAMERA)  # faces the camera
+    assert people.joint("left_shoulder")[0, 0] > people.joint("right_shoulder")[0, 0]
+
+
+def test_a_position_is_the_middle_of_the_torso():
+    people = people_at([(0.5, 0.1, 5)], CAMERA)
+    scene = place("a", "", 1000, 800, people, estimate(), Settings(method="torso"))
+    assert scene.positions_m[0] == pytest.approx([0.5, 0.1, 5])
+
+
+def test_heading_zero_faces_the_camera_and_positive_turns_right():
+    facing = [(math.sin(h), 0.0, -math.cos(h)) for h in (0.0, math.pi / 2)]
+    assert facing[0] == (0.0, 0.0, -1.0)
+    assert facing[1][0] == pytest.approx(1)
+
+
+def test_intervals_are_ninety_percent_and_zones_are_halls():
+    assert LEVEL == 0.9
+    assert ZONE_LIMITS_M == (0.457, 1.219, 3.658)
+
+
+def estimate():
+    from proxemetry.camera import CameraEstimate
+
+    return CameraEstimate(CAMERA)
+
+
+def test_every_section_is_there():
+    headings = [line for line in DOCUMENT.read_text(encoding="utf-8").splitlines() if line.startswith("## ")]
+    assert headings == ["## Pixels", "## The camera frame", "## People", "## Distances"]
