@@ -97,7 +97,7 @@ def polyline(canvas, points_m, colour):
 
 def draw_person(canvas, person):
     """Paint one person: a shadow, limbs as capsules, a torso, a head with hair towards the back."""
-    x, z, heading_deg, stature, top, legs = person
+    x, z, heading_deg, _stature, top, legs = person
     colours = {"top": top, "legs": legs, "skin": SKIN}
     joints = joints_of(person)
     scale_px = CAMERA.f_px / joints["left_hip"][2]
@@ -127,7 +127,7 @@ def draw_person(canvas, person):
 
 def pixel(point):
     """Round pixel coordinates for drawing."""
-    return tuple(int(round(v)) for v in point)
+    return tuple(round(v) for v in point)
 
 
 def detected(person):
