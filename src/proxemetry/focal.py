@@ -1,10 +1,18 @@
-"""From a photo's metadata and the user's word to a camera, with its source and uncertainty (METHOD section 7)."""
+"""From a photo's metadata and the user's word to a camera, with its source and uncertainty (METHOD section 7).
+
+Every candidate is kept. The first in this order is chosen: the user's word; EXIF focal length with the focal plane
+resolution; the 35 mm equivalent; EXIF focal length with the camera's crop factor; an assumption that was asked for.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 
 from .camera import Camera, CameraEstimate, Candidate
+from .errors import SettingsError
+from .frame import Frame, frame_of
 from .photo import Photo
 
 __all__ = ["ASSUMED", "Camera", "CameraEstimate", "Candidate", "FocalRequest", "estimate_camera"]
@@ -12,13 +20,27 @@ __all__ = ["ASSUMED", "Camera", "CameraEstimate", "Candidate", "FocalRequest", "
 #: The source that every assumption carries.
 ASSUMED = "ASSUMED"
 
+#: The diagonal of the 36 x 24 mm frame to which the 35 mm equivalent refers.
+_FULL_FRAME_DIAGONAL_MM = math.hypot(36, 24)
+# Relative standard deviations. A lens is within 2 % of the focal length engraved on it, and so is what EXIF rounds to.
+_LENS_SD = 0.02
+_EQUIVALENT_SD = 0.025  # some makers scale the width, not the diagonal; the rounding to whole mm comes on top
+_CROP_FACTOR_SD = 0.03
+_ASSUMED_EQUIVALENT_SD = 0.1
+_ASSUMED_FOV_SD = 0.2
+#: The central 90 % of a normal distribution ends this many standard deviations out.
+_SD_OF_90 = 1.645
+
 
 @dataclass(frozen=True)
 class FocalRequest:
     """What the user states of the camera, for all photos of a run; None where nothing is stated.
 
-    focal_mm with sensor_mm (width, height of the sensor in millimetres), focal_35mm, or focal_px; assume_fov_deg is
-    the horizontal field of view to assume where nothing else is known.
+    focal_mm with sensor_mm (width, height of the sensor in millimetres), focal_35mm, or focal_px; sensor_mm alone
+    goes with each photo's own focal length. assume_fov_deg is the horizontal field of view to assume where nothing
+    else is known. undistort: correct the lens's distortion where the lens is known.
+
+    Raises SettingsError where two statements contradict each other or a value is not positive.
     """
 
     focal_mm: float | None = None
@@ -26,8 +48,178 @@ class FocalRequest:
     focal_px: float | None = None
     sensor_mm: tuple[float, float] | None = None
     assume_fov_deg: float | None = None
+    undistort: bool = True
+
+    def __post_init__(self) -> None:
+        stated = {"--focal-mm": self.focal_mm, "--focal-35mm": self.focal_35mm, "--focal-px": self.focal_px}
+        stated = {option: value for option, value in stated.items() if value is not None}
+        for option, value in stated.items():
+            if not (math.isfinite(value) and value > 0):
+                raise SettingsError(f"{option} is {value}: it must be a positive number")
+        if len(stated) > 1:
+            raise SettingsError(f"{' and '.join(stated)} state the focal length twice: leave one out")
+        if self.sensor_mm is not None:
+            if len(self.sensor_mm) != 2 or not all(math.isfinite(side) and side > 0 for side in self.sensor_mm):
+                raise SettingsError(f"--sensor-mm is {self.sensor_mm}: it must be two positive numbers, WxH")
+            if stated and "--focal-mm" not in stated:
+                raise SettingsError(f"--sensor-mm means nothing beside {next(iter(stated))}: leave one out")
+        if self.assume_fov_deg is not None and not 1 <= self.assume_fov_deg <= 170:
+            raise SettingsError(f"--assume-fov is {self.assume_fov_deg}: it must be 1 to 170 degrees")
 
 
 def estimate_camera(photo: Photo, request: FocalRequest | None = None) -> CameraEstimate:
-    """Return the camera of a photo."""
-    raise NotImplementedError
+    """Return the camera of a photo, with every candidate for its focal length.
+
+    The estimate's camera is None, with the reason, where neither the photo nor the request tells a focal length.
+    """
+    request = request or FocalRequest()
+    frame = frame_of(photo.width, photo.height, photo.metadata)
+    candidates = _settle_zoom(photo, tuple(_candidates(photo, request, frame)))
+    flags = list(photo.metadata.remarks)
+    if not candidates:
+        return CameraEstimate(None, (), tuple(flags), _what_is_missing(photo, request))
+    if request.focal_mm is not None and not candidates[0].source.startswith("user"):
+        return CameraEstimate(None, candidates, tuple(flags), _what_is_missing(photo, request))
+    chosen, frame, doubts = _weigh(photo, candidates, frame)
+    if frame.crop is not None:
+        flags.append(f"cropped ({frame.crop}): principal point unknown")
+    if chosen.source.startswith(ASSUMED):
+        flags.append(f"focal length {chosen.source}")
+    camera = Camera.centred(
+        chosen.focal_px, photo.width, photo.height, focal_rel_sd=chosen.rel_sd, source=chosen.source
+    )
+    camera = replace(camera, principal_sd_px=frame.principal_sd_px)
+    return CameraEstimate(camera, candidates, (*flags, *doubts))
+
+
+def _candidates(photo: Photo, request: FocalRequest, frame: Frame) -> Iterator[Candidate]:
+    yield from _stated(photo, request, frame)
+    yield from _recorded(photo, frame)
+    if request.assume_fov_deg is not None:
+        f_px = photo.width / 2 / math.tan(math.radians(request.assume_fov_deg) / 2)
+        yield Candidate(f_px, _ASSUMED_FOV_SD, f"{ASSUMED}: field of view {request.assume_fov_deg:g} degrees")
+
+
+def _stated(photo: Photo, request: FocalRequest, frame: Frame) -> Iterator[Candidate]:
+    """Yield what the user states, alone or with what the photo adds."""
+    if request.focal_px is not None:
+        yield Candidate(request.focal_px, 0.0, "user: focal length in pixels")
+    elif request.focal_35mm is not None:
+        # One equivalent for all photos of a run is nobody's measurement: it stays marked as what it is.
+        f_px = _from_equivalent(request.focal_35mm, frame)
+        sd = math.hypot(_ASSUMED_EQUIVALENT_SD, frame.size_rel_sd)
+        yield Candidate(f_px, sd, f"{ASSUMED}: 35 mm equivalent {request.focal_35mm:g} mm")
+    elif request.sensor_mm is not None:
+        focal_mm = request.focal_mm or photo.metadata.focal_mm
+        if focal_mm is not None:
+            origin = "focal length" if request.focal_mm else "EXIF focal length"
+            yield _from_sensor(focal_mm * _zoom(photo), request.sensor_mm, frame, f"user: {origin} and sensor size")
+    elif request.focal_mm is not None:
+        yield from _from_body(photo, request.focal_mm, frame, "user: focal length")
+
+
+def _recorded(photo: Photo, frame: Frame) -> Iterator[Candidate]:
+    """Yield what the photo's metadata say, the most trustworthy first."""
+    focal_mm, focal_35mm = photo.metadata.focal_mm, photo.metadata.focal_35mm
+    from_body = list(_from_body(photo, focal_mm, frame, "EXIF focal length")) if focal_mm is not None else []
+    yield from (c for c in from_body if "focal plane" in c.source)
+    if focal_35mm is not None:
+        rounding = 0.29 / focal_35mm  # the standard deviation of rounding to whole millimetres
+        sd = math.hypot(math.hypot(_EQUIVALENT_SD, rounding), frame.size_rel_sd)
+        yield Candidate(_from_equivalent(focal_35mm, frame), sd, "EXIF 35 mm equivalent")
+    yield from (c for c in from_body if "focal plane" not in c.source)
+
+
+def _from_equivalent(focal_35mm: float, frame: Frame) -> float:
+    return focal_35mm * frame.diagonal_px / _FULL_FRAME_DIAGONAL_MM
+
+
+def _from_body(photo: Photo, focal_mm: float, frame: Frame, origin: str) -> Iterator[Candidate]:
+    """Yield the candidates of a focal length in millimetres and what is known of the camera's sensor."""
+    from .lens import crop_factor
+
+    metadata, focal_mm_zoomed = photo.metadata, focal_mm * _zoom(photo)
+    if metadata.focal_plane_px_per_mm is not None:
+        f_px = focal_mm_zoomed * metadata.focal_plane_px_per_mm * frame.scale
+        yield Candidate(f_px, math.hypot(_LENS_SD, frame.scale_rel_sd), f"{origin} and focal plane resolution")
+    factor = crop_factor(metadata.make, metadata.model, focal_mm)
+    if factor is not None:
+        f_px = _from_equivalent(focal_mm_zoomed * factor, frame)
+        sd = math.hypot(_CROP_FACTOR_SD, frame.size_rel_sd)
+        yield Candidate(f_px, sd, f"{origin} and crop factor {factor:.4g} of {metadata.model}")
+    if metadata.focal_mm is not None and metadata.focal_35mm is not None and focal_mm != metadata.focal_mm:
+        f_px = _from_equivalent(metadata.focal_35mm * focal_mm / metadata.focal_mm, frame)
+        sd = math.hypot(_CROP_FACTOR_SD, frame.size_rel_sd)
+        yield Candidate(f_px, sd, f"{origin} and the ratio of EXIF's two focal lengths")
+
+
+def _from_sensor(focal_mm: float, sensor_mm: tuple[float, float], frame: Frame, source: str) -> Candidate:
+    """Return the candidate of a sensor size; its long side follows the photo's, whichever way that is turned."""
+    long_mm, short_mm = max(sensor_mm), min(sensor_mm)
+    along = max(frame.width_px, frame.height_px) / long_mm
+    across = min(frame.width_px, frame.height_px) / short_mm
+    # Where the shapes differ, the photo was cut from the smallest frame of the sensor's shape that holds it.
+    shape_sd = abs(math.log(along / across)) / 2
+    sd = math.sqrt(_LENS_SD**2 + frame.size_rel_sd**2 + (shape_sd**2 if shape_sd > 0.01 else 0.0))
+    return Candidate(focal_mm * max(along, across), sd, source)
+
+
+def _zoom(photo: Photo) -> float:
+    return photo.metadata.digital_zoom or 1.0
+
+
+def _settle_zoom(photo: Photo, candidates: tuple[Candidate, ...]) -> tuple[Candidate, ...]:
+    """Find out whether the 35 mm equivalent counts the digital zoom: the standard does not say, and makers differ."""
+    zoom = _zoom(photo)
+    tagged = [c for c in candidates if c.source == "EXIF 35 mm equivalent"]
+    if zoom == 1.0 or not tagged:
+        return candidates
+    (tag,) = tagged
+    references = [c for c in candidates if c.source.startswith("EXIF focal length and")]
+    if references:
+        without = abs(math.log(tag.focal_px * zoom / references[0].focal_px))
+        if without < abs(math.log(tag.focal_px / references[0].focal_px)):
+            settled = replace(tag, focal_px=tag.focal_px * zoom, source=f"{tag.source} x digital zoom {zoom:g}")
+        else:
+            settled = tag
+    else:
+        settled = replace(tag, rel_sd=math.hypot(tag.rel_sd, math.log(zoom) / _SD_OF_90))
+    return tuple(settled if c is tag else c for c in candidates)
+
+
+def _weigh(photo: Photo, candidates: tuple[Candidate, ...], frame: Frame) -> tuple[Candidate, Frame, list[str]]:
+    """Return the first candidate, its interval wide enough to hold those that contradict it, and the doubts."""
+    chosen, doubts, sd = candidates[0], [], candidates[0].rel_sd
+    if _zoom(photo) > 1:
+        doubts.append(f"digital zoom {_zoom(photo):g}x")
+    for other in candidates[1:]:
+        if other.source.startswith(ASSUMED):
+            continue
+        apart = math.log(other.focal_px / chosen.focal_px)
+        if abs(apart) <= max(2 * math.hypot(chosen.rel_sd, other.rel_sd), 0.05):
+            continue
+        doubts.append(f"{other.source} says {other.focal_px:.0f} px, {chosen.source} {chosen.focal_px:.0f} px")
+        if apart < 0 and "focal plane" in chosen.source:  # the resolution implies a smaller sensor than the camera has
+            if frame.crop is not None:
+                continue  # a crop is the explanation: the resolution still holds, the other does not
+            room = (math.exp(-apart) - 1) * max(photo.width, photo.height) / math.sqrt(12)
+            shift = min(room, 0.3 * max(photo.width, photo.height))
+            frame = replace(frame, crop="sensor implied by the focal plane resolution", principal_sd_px=shift)
+        if chosen.rel_sd > 0:  # what is stated in pixels is a calibration, and stands
+            sd = max(sd, math.hypot(chosen.rel_sd, apart / _SD_OF_90))
+    return replace(chosen, rel_sd=sd), frame, doubts
+
+
+def _what_is_missing(photo: Photo, request: FocalRequest) -> str:
+    metadata = photo.metadata
+    focal_mm = request.focal_mm or metadata.focal_mm
+    if focal_mm is not None:
+        camera = metadata.model or "the camera, which the photo does not name,"
+        return (
+            f"focal length {focal_mm:g} mm, but the sensor size of {camera} is unknown; "
+            "state it with --sensor-mm WxH or --camera-table"
+        )
+    return (
+        "no focal length in the photo; state one with --focal-35mm, --focal-mm and --sensor-mm, --focal-px or "
+        "--camera-table, or assume one with --assume-fov"
+    )

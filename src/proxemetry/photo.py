@@ -3,30 +3,25 @@
 from __future__ import annotations
 
 import hashlib
-import io
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image, ImageOps, UnidentifiedImageError
 
 from .errors import PhotoError
+from .formats import RAW_EXTENSIONS, decode, read_header
+from .metadata import Metadata
+
+__all__ = ["EXTENSIONS", "Metadata", "Photo", "RGBArray"]
 
 RGBArray = NDArray[np.uint8]
 
 #: File name endings that a folder is searched for.
-EXTENSIONS = (".jpg", ".jpeg", ".png", ".tif", ".tiff", ".webp")
-
-
-@dataclass(frozen=True)
-class Metadata:
-    """What a file says of its camera, as numbers; None where it says nothing or nothing usable."""
-
-    make: str | None = None
-    model: str | None = None
-    focal_mm: float | None = None
-    focal_35mm: float | None = None
+EXTENSIONS = (
+    ".jpg", ".jpeg", ".jpe", ".mpo", ".png", ".tif", ".tiff", ".webp", ".avif", ".bmp", ".gif", ".heic", ".heif",
+    ".hif", *RAW_EXTENSIONS,
+)  # fmt: skip
 
     def about(self) -> dict[str, str]:
         """Return date, country, city and source as far as the metadata say; these travel into the results."""
@@ -49,20 +44,22 @@ class Photo:
     _pixels: RGBArray | None = None
 
     @classmethod
-    def open(cls, path: str | Path, name: str | None = None) -> Photo:
-        """Read a file's header, metadata and hash; raises PhotoError where it is no photo."""
+    def open(
+        cls, path: str | Path, name: str | None = None, *, with_names: bool = False, with_gps: bool = False
+    ) -> Photo:
+        """Read a file's header, metadata and hash; raises PhotoError where it is no photo.
+
+        The names of people, the creator and the caption are read only with `with_names`, the coordinates of the
+        place only with `with_gps`.
+        """
         path = Path(path)
+        header = read_header(path, with_names=with_names, with_gps=with_gps)
         try:
-            content = path.read_bytes()
-            with Image.open(io.BytesIO(content)) as image:
-                width, height = image.size
-                if image.getexif().get(0x0112, 1) in (5, 6, 7, 8):
-                    width, height = height, width
-        except FileNotFoundError as error:
-            raise PhotoError(f"{path}: no such file") from error
-        except (UnidentifiedImageError, OSError, ValueError) as error:
-            raise PhotoError(f"{path}: not a photo that can be read ({error})") from error
-        return cls(name or path.name, width, height, hashlib.sha256(content).hexdigest(), Metadata(), path)
+            with path.open("rb") as file:
+                digest = hashlib.file_digest(file, "sha256").hexdigest()
+        except OSError as error:
+            raise PhotoError(f"{path}: cannot be read ({error.strerror})") from error
+        return cls(name or path.name, header.width, header.height, digest, header.metadata, path)
 
     @classmethod
     def from_array(cls, pixels: RGBArray, name: str = "array", metadata: Metadata | None = None) -> Photo:
@@ -83,14 +80,6 @@ class Photo:
         if self._pixels is not None:
             return self._pixels
         assert self.path is not None
-        try:
-            with Image.open(self.path) as image:
-                if long_side_px is not None and max(image.size) > long_side_px:
-                    factor = long_side_px / max(image.size)
-                    image.draft("RGB", (int(image.width * factor) + 1, int(image.height * factor) + 1))
-                upright = ImageOps.exif_transpose(image).convert("RGB")
-                pixels = np.asarray(upright)
-        except (OSError, ValueError, SyntaxError) as error:
-            raise PhotoError(f"{self.name}: cannot be decoded ({error})") from error
+        pixels = decode(self.path, long_side_px)
         pixels.setflags(write=False)
         return pixels

@@ -1,0 +1,237 @@
+"""Every photo gets the right camera: the expected focal length in pixels is arithmetic in the table."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from camera_files import (
+    F_NUMBER,
+    FOCAL,
+    FOCAL_35,
+    LENS,
+    MAKE,
+    MODEL,
+    ORIENTATION,
+    PLANE_UNIT,
+    PLANE_X,
+    STORED_HEIGHT,
+    STORED_WIDTH,
+    ZOOM,
+    write,
+)  # fmt: skip
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from proxemetry.camera import Camera
+from proxemetry.errors import SettingsError
+from proxemetry.focal import FocalRequest, estimate_camera
+from proxemetry.metadata import Metadata
+from proxemetry.photo import Photo
+
+DIAGONAL = math.hypot(36, 24)
+#: A 36 mm wide sensor of 6000 pixels, in pixels per inch.
+FULL_FRAME = {PLANE_X: (60000000, 14173), PLANE_UNIT: 2}
+assert abs(60000000 / 14173 / 25.4 - 6000 / 36) < 0.01
+STORED_6000 = {STORED_WIDTH: 6000, STORED_HEIGHT: 4000}
+
+# name: (width, height of the file), tags, expected f_px, words that the source or a flag must hold
+SITUATIONS = {
+    "full frame": ((6000, 4000), {FOCAL: (50, 1), **FULL_FRAME, **STORED_6000}, 50 * 6000 / 36, "focal plane"),
+    "APS-C by crop factor": (
+        (5184, 3456), {FOCAL: (18, 1), MAKE: "Canon", MODEL: "Canon EOS 600D"},
+        18 * 1.613 * math.hypot(5184, 3456) / DIAGONAL, "crop factor",
+    ),
+    "4:3 by equivalent": (
+        (4000, 3000), {FOCAL: (14, 1), FOCAL_35: 28}, 28 * 5000 / DIAGONAL, "35 mm equivalent",
+    ),
+    "phone": (
+        (4032, 3024), {FOCAL: (425, 100), FOCAL_35: 26, MAKE: "Apple", MODEL: "iPhone 12"},
+        26 * 5040 / DIAGONAL, "35 mm equivalent",
+    ),
+    "resized": ((1500, 1000), {FOCAL: (50, 1), **FULL_FRAME, **STORED_6000}, 50 * 1500 / 36, "focal plane"),
+    "cropped, stored size kept": (
+        (3000, 4000), {FOCAL: (50, 1), **FULL_FRAME, **STORED_6000}, 50 * 6000 / 36, "cropped",
+    ),
+    "cropped, stored size rewritten": (
+        (2000, 1600), {FOCAL: (50, 1), FOCAL_35: 50, **FULL_FRAME, STORED_WIDTH: 2000, STORED_HEIGHT: 1600},
+        50 * 6000 / 36, "cropped",
+    ),
+    "portrait": (
+        (4000, 6000), {FOCAL: (50, 1), **FULL_FRAME, **STORED_6000}, 50 * 6000 / 36, "focal plane",
+    ),
+    "portrait by orientation": (
+        (6000, 4000), {FOCAL: (50, 1), **FULL_FRAME, **STORED_6000, ORIENTATION: 6}, 50 * 6000 / 36, "focal plane",
+    ),
+    "digital zoom": (
+        (6000, 4000), {FOCAL: (50, 1), **FULL_FRAME, **STORED_6000, ZOOM: (2, 1)}, 2 * 50 * 6000 / 36, "digital zoom",
+    ),
+    "no EXIF": ((6000, 4000), {}, None, "no focal length in the photo"),
+    "rational focal length": (
+        (6000, 4000), {FOCAL: (425, 100), **FULL_FRAME, **STORED_6000}, 4.25 * 6000 / 36, "focal plane",
+    ),
+    "zero focal length": ((6000, 4000), {FOCAL: (0, 1), **FULL_FRAME}, None, "focal length 0 in the metadata"),
+    "focal length 0/0": ((6000, 4000), {FOCAL: (0, 0), **FULL_FRAME}, None, "focal length 0/0 in the metadata"),
+    "focal length 65535": ((6000, 4000), {FOCAL: (65535, 1), FOCAL_35: 65535}, None, "65535 in the metadata"),
+    "sensor unknown": (
+        (6000, 4000), {FOCAL: (50, 1), MAKE: "Acme", MODEL: "Box 1"}, None, "sensor size of Box 1 is unknown",
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", SITUATIONS)
+def test_situation(name: str, tmp_path: Path) -> None:
+    (width, height), tags, expected, words = SITUATIONS[name]
+    estimate = estimate_camera(Photo.open(write(tmp_path / "photo.jpg", width, height, tags)))
+    said = " | ".join((*estimate.flags, estimate.reason or "", estimate.camera.source if estimate.camera else ""))
+    assert words in said
+    if expected is None:
+        assert estimate.camera is None and estimate.reason
+    else:
+        assert estimate.camera is not None
+        assert estimate.camera.f_px == pytest.approx(expected, rel=1e-3)
+        assert estimate.camera.focal_rel_sd > 0
+
+
+def photo_of(width: int = 6000, height: int = 4000, **metadata: object) -> Photo:
+    """Return a photo without pixels."""
+    return Photo("photo.jpg", width, height, "", Metadata(**metadata))  # type: ignore[arg-type]
+
+
+def camera_of(photo: Photo, request: FocalRequest | None = None) -> Camera:
+    camera = estimate_camera(photo, request).camera
+    assert camera is not None
+    return camera
+
+
+def test_the_users_word_comes_first_and_all_candidates_are_kept() -> None:
+    photo = photo_of(
+        focal_mm=50.0, focal_35mm=50.0, focal_plane_px_per_mm=6000 / 36, model="Canon EOS 6D", make="Canon"
+    )
+    estimate = estimate_camera(photo, FocalRequest(focal_px=9000, assume_fov_deg=60))
+    assert estimate.camera is not None and estimate.camera.f_px == 9000
+    sources = [candidate.source.split(":")[0].split(" of ")[0] for candidate in estimate.candidates]
+    assert sources == [
+        "user", "EXIF focal length and focal plane resolution", "EXIF 35 mm equivalent",
+        "EXIF focal length and crop factor 1.005", "ASSUMED",
+    ]  # fmt: skip
+    assert any("8333 px" in flag for flag in estimate.flags)
+
+
+@pytest.mark.parametrize(
+    ("size", "sensor", "expected"),
+    [
+        ((6000, 4000), (36, 24), 50 * 6000 / 36),
+        ((4000, 6000), (36, 24), 50 * 6000 / 36),
+        ((4000, 6000), (24, 36), 50 * 6000 / 36),
+        ((6000, 3375), (36, 24), 50 * 6000 / 36),  # 16:9 out of 3:2 keeps the width
+        ((4000, 4000), (36, 24), 50 * 4000 / 24),  # and a square keeps the height
+    ],
+)
+def test_sensor_sides_follow_the_photo(size: tuple[int, int], sensor: tuple[float, float], expected: float) -> None:
+    assert camera_of(photo_of(*size, focal_mm=50.0), FocalRequest(sensor_mm=sensor)).f_px == pytest.approx(expected)
+    assert camera_of(photo_of(*size), FocalRequest(focal_mm=50.0, sensor_mm=sensor)).f_px == pytest.approx(expected)
+
+
+def test_assumptions_are_marked_and_come_last() -> None:
+    camera = camera_of(photo_of(), FocalRequest(assume_fov_deg=60))
+    assert camera.f_px == pytest.approx(3000 / math.tan(math.radians(30)))
+    assert camera.source.startswith("ASSUMED") and camera.focal_rel_sd >= 0.2
+    assert camera_of(photo_of(), FocalRequest(focal_35mm=28)).source.startswith("ASSUMED")
+    assert not camera_of(photo_of(focal_35mm=28.0), FocalRequest(assume_fov_deg=60)).source.startswith("ASSUMED")
+
+
+def test_disagreement_is_flagged_and_widens_the_interval_to_hold_both() -> None:
+    agreed = estimate_camera(photo_of(focal_mm=50.0, focal_plane_px_per_mm=6000 / 36, focal_35mm=51.0))
+    torn = estimate_camera(photo_of(focal_mm=50.0, focal_plane_px_per_mm=6000 / 36, focal_35mm=75.0))
+    assert agreed.camera is not None and torn.camera is not None
+    assert not agreed.flags and agreed.camera.focal_rel_sd == 0.02
+    assert any("35 mm equivalent says 12500 px" in flag for flag in torn.flags)
+    assert math.exp(1.645 * torn.camera.focal_rel_sd) >= 75 / 50
+
+
+def test_stated_focal_length_without_a_sensor_uses_the_cameras_own() -> None:
+    assert camera_of(photo_of(focal_plane_px_per_mm=6000 / 36), FocalRequest(focal_mm=85)).f_px == pytest.approx(
+        85 * 6000 / 36
+    )
+    assert camera_of(photo_of(focal_mm=10.0, focal_35mm=20.0), FocalRequest(focal_mm=30)).f_px == pytest.approx(
+        60 * math.hypot(6000, 4000) / DIAGONAL
+    )
+    estimate = estimate_camera(photo_of(focal_35mm=20.0), FocalRequest(focal_mm=30))
+    assert estimate.camera is None and "--sensor-mm" in (estimate.reason or "")
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"focal_mm": -1}, {"focal_px": 0}, {"focal_px": math.nan}, {"focal_mm": 50, "focal_px": 3000},
+        {"focal_35mm": 28, "focal_mm": 28}, {"sensor_mm": (36, 0)}, {"focal_px": 900, "sensor_mm": (36, 24)},
+        {"assume_fov_deg": 180}, {"assume_fov_deg": 0},
+    ],
+)  # fmt: skip
+def test_contradictory_requests_are_refused(wrong: dict[str, float]) -> None:
+    with pytest.raises(SettingsError, match="--"):
+        FocalRequest(**wrong)  # type: ignore[arg-type]
+
+
+def test_equivalent_may_or_may_not_count_the_digital_zoom() -> None:
+    without = estimate_camera(
+        photo_of(focal_mm=50.0, focal_plane_px_per_mm=6000 / 36, focal_35mm=50.0, digital_zoom=2.0)
+    )
+    counted = estimate_camera(
+        photo_of(focal_mm=50.0, focal_plane_px_per_mm=6000 / 36, focal_35mm=100.0, digital_zoom=2.0)
+    )
+    for estimate in (without, counted):
+        assert estimate.camera is not None and estimate.camera.focal_rel_sd == 0.02
+        assert [c.focal_px for c in estimate.candidates] == pytest.approx([100 * 6000 / 36] * 2, rel=1e-3)
+    alone = camera_of(photo_of(focal_35mm=50.0, digital_zoom=2.0))
+    assert math.exp(1.645 * alone.focal_rel_sd) >= 2
+
+
+def test_crops_lose_the_principal_point_and_resized_files_do_not() -> None:
+    full = {"focal_mm": 50.0, "focal_plane_px_per_mm": 6000 / 36, "stored_width_px": 6000, "stored_height_px": 4000}
+    assert camera_of(photo_of(3000, 2000, **full)).principal_sd_px == 0
+    # cut from the middle third of the height, or anywhere in it: the spread of an even distribution over 2000 px
+    cut = camera_of(photo_of(6000, 2000, **full))
+    assert cut.principal_sd_px == pytest.approx(2000 / math.sqrt(2) / math.sqrt(12))
+    assert cut.f_px == pytest.approx(50 * 6000 / 36)
+    edited = estimate_camera(photo_of(focal_35mm=50.0, cropped=True))
+    assert edited.camera is not None and edited.camera.principal_sd_px > 0 and edited.camera.focal_rel_sd >= 0.2
+    assert any("principal point unknown" in flag for flag in edited.flags)
+
+
+def test_the_interval_of_a_cut_reaches_down_to_one_made_smaller() -> None:
+    full = {"focal_mm": 50.0, "focal_plane_px_per_mm": 6000 / 36, "stored_width_px": 6000, "stored_height_px": 4000}
+    camera = camera_of(photo_of(1000, 1000, **full))
+    at_full_size, at_a_quarter = 50 * 6000 / 36, 50 * 1500 / 36
+    assert camera.f_px == pytest.approx(at_full_size)
+    assert camera.f_px * math.exp(-1.645 * camera.focal_rel_sd) <= at_a_quarter
+
+
+@settings(max_examples=50, deadline=None)
+@given(st.integers(1, 12), st.sampled_from(["focal_35mm", "plane", "px_sensor", "fov"]))
+def test_focal_length_scales_with_resizing(divisor: int, known: str) -> None:
+    metadata = {
+        "focal_35mm": {"focal_35mm": 35.0},
+        "plane": {
+            "focal_mm": 35.0, "focal_plane_px_per_mm": 6000 / 36, "stored_width_px": 6000, "stored_height_px": 4000
+        },
+        "px_sensor": {"focal_mm": 35.0},
+        "fov": {},
+    }[known]  # fmt: skip
+    request = FocalRequest(
+        sensor_mm=(36, 24) if known == "px_sensor" else None, assume_fov_deg=50 if known == "fov" else None
+    )
+    large = camera_of(photo_of(6000, 4000, **metadata), request)
+    small = camera_of(photo_of(6000 // divisor, 4000 // divisor, **metadata), request)
+    assert small.f_px * divisor == pytest.approx(large.f_px, rel=2e-3)
+    assert small.focal_rel_sd == pytest.approx(large.focal_rel_sd, rel=1e-6)
+    np.testing.assert_allclose((small.cx * divisor, small.cy * divisor), (large.cx, large.cy), rtol=2e-3)
+
+
+def test_lens_and_aperture_are_read(tmp_path: Path) -> None:
+    tags = {LENS: "EF16-35mm f/4L IS USM", F_NUMBER: (8, 1), MAKE: "Canon", MODEL: "Canon EOS 6D"}
+    metadata = Photo.open(write(tmp_path / "a.jpg", 600, 400, tags)).metadata
+    assert (metadata.lens, metadata.f_number) == ("EF16-35mm f/4L IS USM", 8.0)
