@@ -68,6 +68,19 @@ class Metadata:
     gps: tuple[float, float] | None = None
     remarks: tuple[str, ...] = ()
 
+    def about(self) -> dict[str, str]:
+        """Return what the metadata say of the picture itself, which travels into the results.
+
+        Keys are date, country, city, source; on request also creator, caption, people, latitude, longitude.
+        """
+        names = ("date", "country", "city", "source", "creator", "caption")
+        said = {name: value for name in names if (value := getattr(self, name)) is not None}
+        if self.people:
+            said["people"] = "; ".join(self.people)
+        if self.gps is not None:
+            said["latitude"], said["longitude"] = (f"{degrees:.6f}" for degrees in self.gps)
+        return said
+
 
 def orientation_of(image: Image.Image) -> int:
     """Return the EXIF orientation (1 to 8) that is still to be applied to an opened image; 1 where none is given."""

@@ -23,10 +23,6 @@ EXTENSIONS = (
     ".hif", *RAW_EXTENSIONS,
 )  # fmt: skip
 
-    def about(self) -> dict[str, str]:
-        """Return date, country, city and source as far as the metadata say; these travel into the results."""
-        return {}
-
 
 @dataclass(frozen=True, eq=False)
 class Photo:
