@@ -1,0 +1,68 @@
+"""Figures of a scene: the photo with people and distances, and the view from above. Needs the extra `plot`.
+
+matplotlib is loaded when a figure is asked for, and pyplot never: a figure is a value that the caller keeps or saves.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from ..errors import OutputError, SettingsError
+from ..photo import Photo
+from ..scene import Scene
+from .faces import FACES
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+__all__ = ["FACES", "FORMATS", "overlay", "plan", "save"]
+
+#: File name endings that `save` writes.
+FORMATS = (".png", ".jpg", ".svg", ".pdf")
+
+
+def overlay(scene: Scene, photo: Photo | None, *, faces: str = "show", all_pairs: bool = False) -> Figure:
+    """Return the photo with skeletons, person numbers and labelled distances beside the view from above.
+
+    photo: None draws the people alone (recorded keypoints without photos). faces: "blur" pixelates the heads of all
+    people that were found (nobody else's), "show" leaves them. all_pairs: every pair instead of nearest neighbours.
+
+    The figure's size depends on the photo's shape and not on its pixels, so text reads alike at 600 pixels and at 24
+    megapixels. Raises PhotoError where the photo cannot be decoded, SettingsError for an unknown value of `faces`.
+    """
+    if faces not in FACES:
+        raise SettingsError(f"faces {faces!r} is unknown: use one of {', '.join(FACES)}")
+    from .figure import overlay_figure
+
+    return overlay_figure(scene, photo, faces, all_pairs)
+
+
+def plan(scene: Scene, *, all_pairs: bool = False) -> Figure:
+    """Return the view from above alone: people with 90 % ellipses and headings, field of view, metre grid."""
+    from .figure import plan_figure
+
+    return plan_figure(scene, all_pairs)
+
+
+def save(figure: Figure, path: str | Path, *, dpi: int = 140) -> None:
+    """Write a figure as PNG, JPEG, SVG or PDF by the file name's ending; nothing of the photo's metadata goes along.
+
+    A pixel format has `dpi` pixels an inch. Raises SettingsError for another ending, OutputError where the file cannot
+    be written.
+    """
+    path = Path(path)
+    if path.suffix.lower() not in FORMATS:
+        raise SettingsError(f"{path}: a figure is saved as one of {', '.join(FORMATS)}")
+    temporary = path.with_name(f".{path.stem}.part{path.suffix}")
+    try:
+        figure.savefig(temporary, dpi=dpi, metadata=_metadata(path.suffix.lower()))
+        temporary.replace(path)
+    except OSError as error:
+        temporary.unlink(missing_ok=True)
+        raise OutputError(f"{path}: the figure cannot be written ({error.strerror or error})") from error
+
+
+def _metadata(suffix: str) -> dict[str, str | None] | None:
+    """Return what keeps dates out of the file, so that the same scene gives the same bytes."""
+    return {".svg": {"Date": None}, ".pdf": {"CreationDate": None}}.get(suffix)  # pyright: ignore[reportReturnType]

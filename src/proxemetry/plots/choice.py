@@ -1,0 +1,103 @@
+"""What a figure shows and how it says it: which pairs, which colours, which words. No drawing."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..distances import Distances
+from ..scene import Scene
+
+FloatArray = NDArray[np.float64]
+
+#: Okabe and Ito 2008: told apart with any colour vision; the number beside each person says the same.
+PERSON_COLOURS = ("#E69F00", "#56B4E9", "#009E73", "#F0E442", "#0072B2", "#D55E00", "#CC79A7")
+UNPLACED_COLOUR = "#BBBBBB"
+
+_ALL_PAIRS_UP_TO = 3
+
+
+def colour_of(person: int) -> str:
+    """Return the colour of a person, the same in every view of a scene."""
+    return PERSON_COLOURS[person % len(PERSON_COLOURS)]
+
+
+def text_on(colour: str) -> str:
+    """Return black or white, whichever stands out more from a colour "#RRGGBB"."""
+    channels = [int(colour[k : k + 2], 16) / 255 for k in (1, 3, 5)]
+    linear = [c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in channels]
+    luminance = 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
+    return "#000000" if luminance > 0.179 else "#FFFFFF"
+
+
+def pairs_shown(distances: Distances, all_pairs: bool = False) -> list[tuple[int, int]]:
+    """Return the pairs (a, b), a < b, to draw, the nearest first.
+
+    Everybody's nearest neighbour, or every pair that has a distance: where that is asked for or with up to three
+    people.
+    """
+    metres = distances.distance_m
+    known = [(a, b) for a, b in distances.pairs() if math.isfinite(metres[a, b])]
+    if not all_pairs and len(distances) > _ALL_PAIRS_UP_TO:
+        filled = np.where(np.isfinite(metres), metres, np.inf)
+        nearest = {(min(a, b), max(a, b)) for a, b in enumerate(filled.argmin(axis=1).tolist())}
+        known = [pair for pair in known if pair in nearest]
+    return sorted(known, key=lambda pair: float(metres[pair]))
+
+
+def metres_text(value_m: float, low_m: float = math.nan, high_m: float = math.nan) -> str:
+    """Return "2.1 m [1.7, 2.6]": one decimal, two below one metre."""
+    if not math.isfinite(value_m):
+        return "unknown"
+    digits = 2 if value_m < 1 else 1
+    if not (math.isfinite(low_m) and math.isfinite(high_m)):
+        return f"{value_m:.{digits}f} m"
+    return f"{value_m:.{digits}f} m [{low_m:.{digits}f}, {high_m:.{digits}f}]"
+
+
+def pair_text(distances: Distances, a: int, b: int) -> str:
+    """Return a pair's distance with its interval."""
+    return metres_text(*(float(m[a, b]) for m in (distances.distance_m, distances.low_m, distances.high_m)))
+
+
+def _counted(count: int, one: str, many: str) -> str:
+    return f"{count} {one if count == 1 else many}"
+
+
+def headline(scene: Scene) -> str:
+    """Return who was found with what, in one line: nothing in the figure is to be quoted without it."""
+    words = [
+        _counted(len(scene), "person", "people"),
+        _counted(scene.distances.below(math.inf), "distance", "distances"),
+        camera_text(scene),
+        f"method {scene.made_by.method or scene.bodies.method}",
+    ]
+    if scene.made_by.pose:
+        words.append(f"pose {scene.made_by.pose}")
+    return "  ·  ".join(words)
+
+
+def camera_text(scene: Scene) -> str:
+    """Return the focal length with its deviation and source, or that there is none."""
+    camera = scene.camera.camera
+    if camera is None:
+        return "focal length unknown"
+    return f"focal length {camera.f_px:.0f} px ± {100 * camera.focal_rel_sd:.2g} % ({camera.source})"
+
+
+def footnote(scene: Scene, shown: list[tuple[int, int]]) -> str:
+    """Return what the lines and brackets mean, and who has no place and why."""
+    known = scene.distances.below(math.inf)
+    which = "all pairs" if len(shown) == known else f"nearest neighbours, {len(shown)} of {known} pairs"
+    kind = "along the ground" if scene.distances.on_ground else "in space (gravity unknown)"
+    words = [f"Lines: {which}. Distance between body centres {kind} [central 90 % interval]."]
+    reasons: dict[str, list[str]] = {}
+    for person, reason in enumerate(scene.bodies.reasons):
+        if reason:
+            reasons.setdefault(reason, []).append(str(person))
+    words += [f"Without a place: {', '.join(who)} ({why})." for why, who in reasons.items()]
+    if scene.camera.flags:
+        words.append(f"Camera: {'; '.join(scene.camera.flags)}.")
+    return " ".join(words)

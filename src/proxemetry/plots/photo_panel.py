@@ -1,0 +1,108 @@
+"""The photo with its people: skeletons, numbers, and the pairs' distances as labelled lines."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
+from matplotlib.patheffects import Normal, Stroke
+from numpy.typing import NDArray
+
+from ..people import People
+from ..photo import RGBArray
+from ..scene import Scene
+from .choice import UNPLACED_COLOUR, colour_of, pair_text
+from .faces import heads_px, pixelated
+from .lettering import badge_radius_pt, draw_badges, draw_pair_labels, to_points
+from .placement import around
+
+FloatArray = NDArray[np.float64]
+
+_BLANK = (232, 233, 235)
+_MANY = 14
+
+
+def draw_photo(
+    axes: Axes, scene: Scene, pixels: RGBArray | None, shown: list[tuple[int, int]], blur: bool = False
+) -> None:
+    """Draw the photo in its full-size pixel coordinates, whatever size `pixels` has, and everything on it."""
+    width, height = scene.width_px or 1, scene.height_px or 1
+    if pixels is None:
+        pixels = np.full((2, 2, 3), _BLANK, dtype=np.uint8)
+    elif blur:
+        factors = pixels.shape[1] / width, pixels.shape[0] / height
+        pixels = pixelated(pixels, heads_px(scene.people.scaled(*factors)))
+    axes.imshow(pixels, extent=(0, width, height, 0), interpolation="antialiased", aspect="auto")
+    axes.set(xlim=(0, width), ylim=(height, 0))
+    axes.set_axis_off()
+    heads, anchors = heads_px(scene.people), to_points(axes, anchors_px(scene.people))
+    ends = [(anchors[a], anchors[b]) for a, b in shown]
+    _draw_skeletons(axes, scene)
+    _draw_lines(axes, anchors_px(scene.people), shown)
+    everybody = list(range(len(scene)))
+    colours = [badge_colour(scene, i) for i in everybody]
+    taken = draw_badges(axes, _badge_spots(axes, heads, anchors), everybody, colours)
+    draw_pair_labels(axes, ends, [pair_text(scene.distances, a, b) for a, b in shown], taken, _head_boxes(axes, heads))
+
+
+def anchors_px(people: People) -> FloatArray:
+    """Return where a person's distance lines end, shape (P, 2): the torso's middle, else the best that was seen."""
+    boxes = people.boxes_px
+    middle = (boxes[:, :2] + boxes[:, 2:]) / 2
+    for part in ("Head", "Shoulder", "Torso"):
+        point = people.part(part)
+        middle = np.where(np.isfinite(point).all(axis=-1, keepdims=True), point, middle)
+    return middle
+
+
+def badge_colour(scene: Scene, person: int) -> str:
+    """Return a person's colour, grey for one without a place."""
+    return colour_of(person) if scene.bodies.placed[person] else UNPLACED_COLOUR
+
+
+def _draw_skeletons(axes: Axes, scene: Scene) -> None:
+    people, few = scene.people, len(scene) <= _MANY
+    width = 1.9 if few else 1.3
+    halo = [Stroke(linewidth=width + 1.5, foreground="#000000", alpha=0.5), Normal()]
+    for person in range(len(people)):
+        ends = [np.stack([people.joint(a)[person], people.joint(b)[person]]) for a, b in people.skeleton.bones]
+        lines = LineCollection(
+            [segment for segment in ends if np.isfinite(segment).all()], colors=badge_colour(scene, person),
+            linewidths=width, capstyle="round", linestyles="solid" if scene.bodies.placed[person] else "dotted",
+            zorder=2, path_effects=halo,
+        )  # fmt: skip
+        axes.add_collection(lines, autolim=False)
+        points = people.keypoints_px[person]
+        points = points[np.isfinite(points).all(axis=-1)]
+        axes.scatter(
+            *points.T, s=7 if few else 4, color=badge_colour(scene, person), edgecolors="#000000", linewidths=0.4,
+            zorder=2.1,
+        )  # fmt: skip
+
+
+def _draw_lines(axes: Axes, anchors: FloatArray, shown: list[tuple[int, int]]) -> None:
+    segments = [anchors[[a, b]] for a, b in shown]
+    width = 1.7 if len(shown) <= _MANY else 1.1
+    casing = [Stroke(linewidth=width + 1.8, foreground="#000000", alpha=0.6), Normal()]
+    lines = LineCollection(segments, colors="#FFFFFF", linewidths=width, zorder=3, path_effects=casing)
+    axes.add_collection(lines, autolim=False)
+
+
+def _badge_spots(axes: Axes, heads: FloatArray, anchors: FloatArray) -> list[FloatArray]:
+    """Return candidates for each person's number, in points: above the head, then around it."""
+    origin, right = to_points(axes, np.array([[0.0, 0.0], [1.0, 0.0]]))
+    point_per_px = float(np.linalg.norm(right - origin))
+    reach = badge_radius_pt(len(heads)) + 1.5
+    spots: list[FloatArray] = []
+    for head, centre, anchor in zip(heads, to_points(axes, heads[:, :2]), anchors, strict=True):
+        seen = bool(np.isfinite(head).all())
+        point = centre if seen else np.nan_to_num(anchor)
+        spots.append(around(point, reach + (float(head[2]) * point_per_px if seen else 0.0), 4.0))
+    return spots
+
+
+def _head_boxes(axes: Axes, heads: FloatArray) -> FloatArray:
+    known = heads[np.isfinite(heads).all(axis=1)]
+    low = to_points(axes, known[:, :2] + known[:, 2:] * np.array([-0.8, 0.8]))
+    high = to_points(axes, known[:, :2] + known[:, 2:] * np.array([0.8, -0.8]))
+    return np.concatenate([low, high], axis=1)

@@ -1,0 +1,143 @@
+"""The view from above: where everybody stands on the ground, how surely, and where they face."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
+from matplotlib.patches import Ellipse, Polygon
+from numpy.typing import NDArray
+
+from ..bodies import Bodies
+from ..distances import ground_frame
+from ..scene import Scene
+from .choice import colour_of, metres_text
+from .lettering import badge_radius_pt, draw_badges, draw_pair_labels, panel_box, to_points
+from .placement import around
+
+FloatArray = NDArray[np.float64]
+
+#: Squared radius that holds 90 % of a Gaussian in two dimensions: the 0.9 quantile of chi-squared with 2 degrees.
+CHI2_90 = -2 * math.log(0.1)
+
+_PAPER, _GRID, _INK = "#FBFBF9", "#DEDEDA", "#555555"
+_STEPS_M = (1, 2, 5, 10, 20, 50, 100, 200, 500)
+_MOST_LINES = 26
+_ARROW_M = 0.55
+
+
+def draw_plan(axes: Axes, scene: Scene, shown: list[tuple[int, int]]) -> None:
+    """Draw the plan: metres to the right of the camera and forward from it."""
+    axes.set_facecolor(_PAPER)
+    axes.tick_params(length=0, labelsize=7, labelcolor=_INK, pad=2)
+    for side in axes.spines.values():
+        side.set(color=_GRID, linewidth=0.8)
+    placed = [int(i) for i in np.flatnonzero(scene.bodies.placed)]
+    if not placed:
+        _draw_nobody(axes, scene)
+        return
+    positions, covariances = ground_positions(scene.bodies)
+    _set_limits(axes, positions[placed], covariances[placed])
+    _draw_grid(axes)
+    _draw_camera(axes, scene)
+    for person in placed:
+        _draw_ellipse(axes, positions[person], covariances[person], colour_of(person))
+        _draw_heading(axes, positions[person], float(scene.bodies.heading_rad[person]))
+    segments = [positions[[a, b]] for a, b in shown]
+    axes.add_collection(LineCollection(segments, colors="#333333", linewidths=0.9, zorder=3), autolim=False)
+    points = to_points(axes, positions)
+    reach = 2 * badge_radius_pt(len(placed))
+    spots = [np.concatenate([points[[i]], around(points[i], reach, 3.0)]) for i in placed]
+    taken = draw_badges(axes, spots, placed, [colour_of(i) for i in placed])
+    texts = [metres_text(float(scene.distances_m[a, b])) for a, b in shown]
+    draw_pair_labels(axes, [(points[a], points[b]) for a, b in shown], texts, taken, np.zeros((0, 4)))
+
+
+def ground_positions(bodies: Bodies) -> tuple[FloatArray, FloatArray]:
+    """Return positions (P, 2) and covariances (P, 2, 2) on the ground: metres to the camera's right, and forward."""
+    frame = ground_frame(bodies.up)[:2]
+    blocks = bodies.covariance_m2.reshape(len(bodies), 3, len(bodies), 3)
+    own = np.einsum("ikil->ikl", blocks)
+    return bodies.positions_m @ frame.T, frame @ own @ frame.T
+
+
+def _draw_nobody(axes: Axes, scene: Scene) -> None:
+    axes.set(xticks=[], yticks=[])
+    text = "nobody found" if not len(scene) else "nobody could be placed"
+    axes.text(0.5, 0.5, text, transform=axes.transAxes, ha="center", va="center", size=10, color=_INK)
+
+
+def _set_limits(axes: Axes, positions: FloatArray, covariances: FloatArray) -> None:
+    """Fit everybody with most of the ellipses, and the camera unless it is so far off that people would be dots."""
+    reach = np.sqrt(CHI2_90 * np.einsum("pkk->pk", covariances))
+    spread = max(float(np.ptp(positions, axis=0).max()), 2.0)
+    reach = np.minimum(np.nan_to_num(reach), spread) + _ARROW_M
+    low, high = (positions - reach).min(axis=0), (positions + reach).max(axis=0)
+    if low[1] < 1.5 * (high[1] - low[1]) + 2.0:
+        low, high = np.minimum(low, (-0.6, -0.6)), np.maximum(high, (0.6, 0.6))
+    x0, y0, x1, y1 = panel_box(axes)
+    middle, size = (low + high) / 2, (high - low) * 1.06
+    metre_per_point = max(size[0] / (x1 - x0), size[1] / (y1 - y0))
+    half = np.array([x1 - x0, y1 - y0]) * metre_per_point / 2
+    axes.set(xlim=(middle[0] - half[0], middle[0] + half[0]), ylim=(middle[1] - half[1], middle[1] + half[1]))
+
+
+def _draw_grid(axes: Axes) -> None:
+    spans = [high - low for low, high in (axes.get_xlim(), axes.get_ylim())]
+    step = next((s for s in _STEPS_M if max(spans) / s <= _MOST_LINES), _STEPS_M[-1])
+    for low, high, set_ticks in (
+        (*axes.get_xlim(), axes.set_xticks),
+        (*axes.get_ylim(), axes.set_yticks),
+    ):
+        set_ticks(np.arange(math.ceil(low / step) * step, high, step))
+    axes.grid(color=_GRID, linewidth=0.7)
+    axes.set_axisbelow(True)
+    axes.set_title(f"View from above, grid {step} m", size=9, color=_INK, loc="left", pad=4)
+
+
+def _draw_camera(axes: Axes, scene: Scene) -> None:
+    """Draw the field of view, and the camera itself where it is in the picture."""
+    camera = scene.camera.camera
+    if camera is None:
+        return
+    sides = camera.rays(np.array([[0.0, camera.cy], [camera.width, camera.cy]])) @ ground_frame(scene.bodies.up)[:2].T
+    far = 3 * max(abs(v) for v in (*axes.get_xlim(), *axes.get_ylim()))
+    edges = sides / np.linalg.norm(sides, axis=1, keepdims=True) * far
+    axes.add_patch(Polygon([(0, 0), *edges], closed=True, facecolor="#3B6EA8", alpha=0.06, linewidth=0, zorder=0.5))
+    for edge in edges:
+        axes.plot([0, edge[0]], [0, edge[1]], color="#3B6EA8", linewidth=0.9, linestyle=(0, (5, 3)), zorder=0.6)
+    bottom = axes.get_ylim()[0]
+    if bottom < 0:
+        axes.scatter(0, 0, marker="^", s=70, color="#222222", zorder=4)
+        axes.annotate("camera", (0, 0), (7, -3), textcoords="offset points", size=8, color="#222222", zorder=4)
+    else:
+        text = f"camera {bottom:.0f} m further down"
+        axes.text(0.5, 0.012, text, transform=axes.transAxes, ha="center", va="bottom", size=8, color="#222222")
+
+
+def _draw_ellipse(axes: Axes, position: FloatArray, covariance: FloatArray, colour: str) -> None:
+    if not np.isfinite(covariance).all():
+        return
+    values, vectors = np.linalg.eigh(covariance)
+    width, height = 2 * np.sqrt(CHI2_90 * np.maximum(values, 0))
+    angle = math.degrees(math.atan2(vectors[1, 0], vectors[0, 0]))
+    for face, edge, alpha in ((colour, "none", 0.22), ("none", "#333333", 0.7)):
+        axes.add_patch(
+            Ellipse(
+                (float(position[0]), float(position[1])), width, height, angle=angle, facecolor=face, edgecolor=edge,
+                linewidth=0.7, alpha=alpha, zorder=1.5,
+            )
+        )  # fmt: skip
+
+
+def _draw_heading(axes: Axes, position: FloatArray, heading_rad: float) -> None:
+    if not math.isfinite(heading_rad):
+        return
+    tip = position + 1.6 * _ARROW_M * np.array([math.sin(heading_rad), -math.cos(heading_rad)])
+    axes.annotate(
+        "", tuple(tip), tuple(position), zorder=4,
+        arrowprops={"arrowstyle": "-|>", "color": "#222222", "linewidth": 1.2, "mutation_scale": 9, "shrinkA": 6,
+                    "shrinkB": 0},
+    )  # fmt: skip

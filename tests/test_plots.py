@@ -1,0 +1,221 @@
+"""Figures: labels never overlap, heads are gone where asked for, nothing of the photo's metadata goes along."""
+
+import math
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from PIL import Image
+
+from proxemetry import plots
+from proxemetry.bodies import Bodies
+from proxemetry.camera import Camera, CameraEstimate
+from proxemetry.distances import measure_distances
+from proxemetry.errors import OutputError, SettingsError
+from proxemetry.measure import Settings, place
+from proxemetry.people import People
+from proxemetry.photo import Photo
+from proxemetry.plots.choice import PERSON_COLOURS, footnote, metres_text, pairs_shown, text_on
+from proxemetry.plots.faces import heads_px, pixelated
+from proxemetry.plots.placement import along
+from proxemetry.plots.placement import place as place_labels
+from proxemetry.plots.plan_panel import CHI2_90, ground_positions
+from proxemetry.scene import Scene
+from proxemetry.skeleton import COCO_17
+
+#: A standing person, facing the camera, metres above the feet's middle (x right, y down): one row a COCO joint.
+STANDING_M = np.array([
+    (0.0, -1.58), (0.03, -1.61), (-0.03, -1.61), (0.07, -1.59), (-0.07, -1.59), (0.17, -1.40), (-0.17, -1.40),
+    (0.22, -1.12), (-0.22, -1.12), (0.22, -0.88), (-0.22, -0.88), (0.09, -0.90), (-0.09, -0.90), (0.09, -0.49),
+    (-0.09, -0.49), (0.09, -0.08), (-0.09, -0.08),
+])  # fmt: skip
+
+
+def drawn_people(camera: Camera, places_m: list[tuple[float, float]], camera_height_m: float = 1.5) -> People:
+    """Return people standing at (right, forward) metres as a level camera sees them."""
+    points = [
+        np.column_stack([STANDING_M[:, 0] + x, STANDING_M[:, 1] + camera_height_m, np.full(17, z)]) for x, z in places_m
+    ]
+    keypoints = camera.project(np.array(points).reshape(-1, 17, 3))
+    return People(COCO_17, keypoints, np.full(keypoints.shape[:2], 0.9))
+
+
+def drawn_scene(
+    places_m: list[tuple[float, float]], width: int = 1200, height: int = 800, name: str = "x.jpg"
+) -> Scene:
+    camera = Camera.centred(0.9 * width, width, height, focal_rel_sd=0.03, source="test")
+    people = drawn_people(camera, places_m)
+    return place(name, "0" * 64, width, height, people, CameraEstimate(camera), Settings(method="torso"))
+
+
+CROWD_M = [(-3.2 + 0.8 * (i % 9), 5.0 + 1.7 * (i // 9) + 0.13 * (i % 4)) for i in range(25)]
+
+
+@given(st.integers(0, 2**32 - 1), st.integers(1, 40))
+def test_placed_labels_never_overlap_and_stay_inside(seed: int, count: int) -> None:
+    random = np.random.default_rng(seed)
+    bounds = np.array([0.0, 0.0, 600.0, 400.0])
+    sizes = random.uniform((20, 8), (90, 16), (count, 2))
+    ends = random.uniform((0, 0), (600, 400), (count, 2, 2))
+    centres = place_labels([along(a, b, 9.0) for a, b in ends], sizes, np.zeros((0, 4)), np.zeros((0, 4)), bounds)
+    known = np.isfinite(centres).all(axis=1)
+    assert known.all()  # forty small labels have room on this panel
+    low, high = centres - sizes / 2, centres + sizes / 2
+    assert (low >= -1e-9).all() and (high <= bounds[2:] + 1e-9).all()
+    for i in range(count):
+        for j in range(i):
+            assert (low[i] >= high[j] - 1e-9).any() or (low[j] >= high[i] - 1e-9).any()
+
+
+def test_a_label_without_room_is_left_out() -> None:
+    bounds = np.array([0.0, 0.0, 100.0, 12.0])
+    ends = [np.array([[x0, 6.0], [x1, 6.0]]) for x0, x1 in ((0, 45), (55, 100), (0, 100))]
+    nothing = np.zeros((0, 4))
+    centres = place_labels([along(*e, 9.0) for e in ends], np.full((3, 2), (45.0, 10.0)), nothing, nothing, bounds)
+    assert centres[:2].tolist() == [[22.5, 6.0], [77.5, 6.0]]
+    assert np.isnan(centres[2]).all()  # two labels of 45 fit into 100, a third does not
+
+
+@pytest.mark.parametrize(("width", "height"), [(600, 400), (6000, 4000), (4000, 6000), (6000, 1500)])
+@pytest.mark.parametrize("places_m", [CROWD_M[:2], CROWD_M], ids=["2 people", "25 people"])
+def test_no_two_texts_overlap_at_any_size(width: int, height: int, places_m: list[tuple[float, float]]) -> None:
+    scene = drawn_scene(places_m, width, height)
+    figure = plots.overlay(scene, None)
+    renderer = figure.canvas.get_renderer()  # type: ignore[attr-defined]
+    for axes in figure.axes:
+        boxes = [t.get_window_extent(renderer) for t in axes.texts if t.get_text()]
+        assert len(boxes) >= len(places_m)
+        for i, one in enumerate(boxes):
+            for other in boxes[:i]:
+                assert not one.overlaps(other)
+    assert figure.axes[0].get_xlim() == (0, width)
+
+
+def test_text_is_as_large_on_any_photo() -> None:
+    small, large = (plots.overlay(drawn_scene(CROWD_M[:4], 600 * k, 400 * k), None) for k in (1, 10))
+    assert tuple(small.get_size_inches()) == tuple(large.get_size_inches())
+    assert [t.get_fontsize() for t in small.axes[0].texts] == [t.get_fontsize() for t in large.axes[0].texts]
+
+
+def test_nearest_neighbours_first_all_pairs_on_request() -> None:
+    scene = drawn_scene([(0.0, 5.0), (1.0, 5.0), (4.0, 5.0), (5.5, 5.0)], 4000, 1000)
+    # gaps 1, 3, 1.5 m: everybody's nearest are 0-1 and 2-3
+    assert pairs_shown(scene.distances) == [(0, 1), (2, 3)]
+    everything = pairs_shown(scene.distances, all_pairs=True)
+    assert len(everything) == 6 and everything[:2] == [(0, 1), (2, 3)]
+    assert "nearest neighbours, 2 of 6 pairs" in footnote(scene, [(0, 1), (2, 3)])
+
+
+def test_people_without_a_place_are_named_with_the_reason() -> None:
+    scene = drawn_scene(CROWD_M[:2])
+    people = People(COCO_17, np.full((1, 17, 2), np.nan), np.zeros((1, 17)), np.array([[10, 10, 60, 200.0]]))
+    lost = place("x", "", 1200, 800, people, scene.camera, Settings(method="torso"))
+    assert lost.bodies.reasons[0] and lost.bodies.reasons[0] in footnote(lost, [])
+    plots.overlay(lost, None, faces="blur")
+
+
+def test_a_photo_without_camera_or_people_still_gives_a_figure(tmp_path: Path) -> None:
+    scene = drawn_scene([])
+    unknown = place("x", "", 1200, 800, drawn_people(scene.camera.camera, CROWD_M[:3]),  # type: ignore[arg-type]
+                    CameraEstimate(None, reason="no focal length"), Settings(method="torso"))  # fmt: skip
+    for value in (scene, unknown, Scene.failed("broken.jpg", "truncated")):
+        plots.save(plots.overlay(value, None), tmp_path / "figure.png")
+
+
+def test_intervals_are_part_of_every_number() -> None:
+    assert metres_text(2.14, 1.71, 2.62) == "2.1 m [1.7, 2.6]"
+    assert metres_text(0.634, 0.41, 0.88) == "0.63 m [0.41, 0.88]"
+    assert metres_text(math.nan) == "unknown"
+
+
+def test_numbers_stand_out_from_every_person_colour() -> None:
+    def luminance(colour: str) -> float:
+        values = np.array([int(colour[k : k + 2], 16) / 255 for k in (1, 3, 5)])
+        return float(np.where(values <= 0.04045, values / 12.92, ((values + 0.055) / 1.055) ** 2.4)
+                     @ (0.2126, 0.7152, 0.0722))  # fmt: skip
+
+    for colour in PERSON_COLOURS:
+        light, dark = sorted((luminance(colour), luminance(text_on(colour))), reverse=True)
+        assert (light + 0.05) / (dark + 0.05) >= 4.5  # WCAG 2 AA
+
+
+def test_the_ellipse_holds_90_percent() -> None:
+    bodies = Bodies(np.array([[1.0, 0.0, 4.0]]), np.diag([0.04, 0.09, 0.25]), "test", ("torso",), (None,))
+    position, covariance = (a[0] for a in ground_positions(bodies))
+    assert position == pytest.approx([1.0, 4.0])
+    draws = np.random.default_rng(0).multivariate_normal(position, covariance, 40_000) - position
+    inside = np.einsum("ni,ij,nj->n", draws, np.linalg.inv(covariance), draws) <= CHI2_90
+    assert inside.mean() == pytest.approx(0.9, abs=0.006)
+    assert np.isnan(measure_distances(bodies).distance_m[0, 0])
+
+
+def test_blurring_covers_the_face_and_nothing_far_from_it() -> None:
+    scene = drawn_scene([(0.0, 4.0), (2.0, 6.0)])
+    heads = heads_px(scene.people)
+    for person in range(2):
+        face = scene.people.keypoints_px[person, :5]
+        assert (np.linalg.norm(face - heads[person, :2], axis=1) <= heads[person, 2]).all()
+    random = np.random.default_rng(1)
+    pixels = random.integers(0, 255, (800, 1200, 3), dtype=np.uint8)
+    blurred = pixelated(pixels, heads)
+    y, x = np.mgrid[0:800, 0:1200] + 0.5
+    for hx, hy, radius in heads:
+        head = np.hypot(x - hx, y - hy) < radius
+        assert len(np.unique(blurred[head], axis=0)) <= 6 * 6  # coarse squares: no detail below a fifth of the head
+    near = (np.hypot(x[..., None] - heads[:, 0], y[..., None] - heads[:, 1]) < heads[:, 2] + 1).any(axis=-1)
+    assert np.array_equal(blurred[~near], pixels[~near])
+    assert np.array_equal(pixelated(pixels, np.full((1, 3), np.nan)), pixels)
+
+
+def test_a_person_seen_from_behind_is_blurred_too() -> None:
+    scene = drawn_scene([(0.0, 4.0)])
+    scores = scene.people.scores.copy()
+    scores[:, :5] = 0  # no face was seen
+    behind = People(COCO_17, scene.people.keypoints_px, scores, scene.people.boxes_px)
+    x, y, radius = heads_px(behind)[0]
+    assert np.hypot(*(scene.people.keypoints_px[0, 0] - (x, y))) < radius
+
+
+@pytest.mark.parametrize("suffix", plots.FORMATS)
+def test_files_are_written_anew_without_the_photos_metadata(tmp_path: Path, suffix: str) -> None:
+    exif = Image.Exif()
+    exif[0x010E] = "SECRET-CAPTION"
+    exif.get_ifd(0x8825)[29] = "2020:01:01"
+    Image.new("RGB", (1200, 800), (90, 120, 150)).save(tmp_path / "photo.jpg", exif=exif)
+    target = tmp_path / f"figure{suffix}"
+    plots.save(plots.overlay(drawn_scene(CROWD_M[:2]), Photo.open(tmp_path / "photo.jpg"), faces="blur"), target)
+    content = target.read_bytes()
+    assert b"SECRET-CAPTION" not in content and b"Exif" not in content
+    assert [p.name for p in tmp_path.iterdir() if "part" in p.name] == []
+
+
+def test_the_same_scene_gives_the_same_bytes(tmp_path: Path) -> None:
+    for name in ("a.png", "b.png"):
+        plots.save(plots.overlay(drawn_scene(CROWD_M[:5]), None), tmp_path / name)
+    assert (tmp_path / "a.png").read_bytes() == (tmp_path / "b.png").read_bytes()
+
+
+def test_file_names_with_dollar_signs_are_text_not_formulas(tmp_path: Path) -> None:
+    plots.save(plots.overlay(drawn_scene(CROWD_M[:2], name=r"$\frac$_<b>.jpg"), None), tmp_path / "figure.png")
+
+
+def test_errors_say_what_to_do(tmp_path: Path) -> None:
+    figure = plots.plan(drawn_scene(CROWD_M[:2]))
+    with pytest.raises(SettingsError, match=r"\.png, \.jpg, \.svg, \.pdf"):
+        plots.save(figure, tmp_path / "figure.bmp")
+    with pytest.raises(OutputError, match="cannot be written"):
+        plots.save(figure, tmp_path / "nowhere" / "figure.png")
+    with pytest.raises(SettingsError, match="show, blur"):
+        plots.overlay(drawn_scene([]), None, faces="hide")
+
+
+def test_pyplot_is_never_loaded() -> None:
+    code = (
+        "import sys; from proxemetry import plots; assert 'matplotlib' not in sys.modules; "
+        "import proxemetry.plots.figure; assert 'matplotlib.pyplot' not in sys.modules"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)
