@@ -26,9 +26,11 @@ def test_adults_are_half_women_half_men():
 
 
 def test_joints_are_where_detectors_place_them():
-    assert length("torso", "adults").mean_m == pytest.approx(0.524, abs=1e-3)
-    assert length("shoulders", "adults").mean_m == pytest.approx(0.347, abs=1e-3)
-    assert length("torso", "adults").rel_sd == pytest.approx(0.078, abs=2e-3)
+    # between anatomy (.49, .34) and triangulated detections (.524, .347)
+    assert length("torso", "adults").mean_m == pytest.approx(0.510, abs=1e-3)
+    assert length("shoulders", "adults").mean_m == pytest.approx(0.344, abs=1e-3)
+    # ANSUR II's 7.8 % of acromion to trochanterion, and 3 % for where the hips are
+    assert length("torso", "adults").rel_sd == pytest.approx(np.hypot(0.078, 0.03), abs=2e-3)
 
 
 def test_one_sex_is_its_own_table():

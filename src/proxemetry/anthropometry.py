@@ -2,9 +2,11 @@
 
 Adults: ANSUR II (Gordon et al., 2012 Anthropometric Survey of U.S. Army Personnel, 4082 men and 1986 women).
 Children: CDC growth charts (Kuczmarski et al. 2002), medians and standard deviations of stature. Two kinds of length:
-landmarks that an anthropometer touches, and joints as keypoint detectors place them (triangulated from calibrated
-views: middle of shoulders to middle of hips .524 m, shoulder to shoulder .347 m, ear to ear .152 m). A joint length
-keeps the spread and the correlations of the landmark length that is nearest to it.
+landmarks that an anthropometer touches, and joints as keypoint detectors place them. Triangulated from calibrated
+views of 15 people those are .524 m from the middle of the shoulders to the middle of the hips and .347 m from shoulder
+to shoulder; anatomy has the joints' centres .48-.50 m and .34 m apart. Neither sample is the population: the means lie
+between, and the torso's spread has the doubt about where a detector's hips are added. Correlations are those of the
+landmark length that is nearest.
 """
 
 from __future__ import annotations
@@ -87,7 +89,8 @@ LANDMARKS: Mapping[str, Mapping[str, Length]] = {
 # The glenohumeral joint centre lies about 38 mm below the acromion (de Leva 1996).
 _ACROMION_TO_JOINT_M = 0.038
 # Detected joint length over landmark length, equal weights of women and men.
-_TORSO_RATIO, _SHOULDERS_RATIO = 0.524 / 0.515, 0.347 / 0.3905
+_TORSO_RATIO, _SHOULDERS_RATIO = 0.510 / 0.515, 0.344 / 0.3905
+_HIPS_DOUBT = 0.03
 
 #: Means and standard deviations of `LENGTHS` by sex, metres.
 JOINT_LENGTHS: Mapping[str, Mapping[str, Length]] = {
@@ -97,7 +100,9 @@ JOINT_LENGTHS: Mapping[str, Mapping[str, Length]] = {
             table["acromial_height"].mean_m - _ACROMION_TO_JOINT_M, table["acromial_height"].sd_m, _JOINTS
         ),
         "torso": Length(
-            table["acromion_trochanterion"].mean_m * _TORSO_RATIO, table["acromion_trochanterion"].sd_m * _TORSO_RATIO,
+            table["acromion_trochanterion"].mean_m * _TORSO_RATIO,
+            table["acromion_trochanterion"].mean_m * _TORSO_RATIO
+            * float(np.hypot(table["acromion_trochanterion"].rel_sd, _HIPS_DOUBT)),
             _JOINTS,
         ),
         "shoulders": Length(

@@ -6,6 +6,7 @@ import importlib
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from ..anthropometry import CHILD_WEIGHT
 from ..bodies import Bodies
 from ..camera import Camera
 from ..errors import SettingsError
@@ -28,7 +29,8 @@ FLOORS = ("shared", "none")
 class LocateSettings:
     """What the user states of the people, for all methods.
 
-    body_size: the population of `anthropometry`; "adults" is half women, half men, "mixed" has children besides.
+    body_size: the population of `anthropometry`; "adults" is half women, half men, "mixed" has children besides,
+        as large a share as child_weight says.
     body_sizes: the same for single people by row, None where the run's holds. floor: "shared" or "none".
     off_floor: rows of people who do not stand on the shared floor.
     quirks: names of the published code's peculiarities to reproduce (`pinhole.QUIRKS`).
@@ -39,11 +41,14 @@ class LocateSettings:
     floor: str = "shared"
     off_floor: frozenset[int] = frozenset()
     quirks: frozenset[str] = frozenset()
+    child_weight: float = CHILD_WEIGHT
 
     def __post_init__(self) -> None:
         for size in (self.body_size, *(self.body_sizes or ())):
             if size is not None and size not in BODY_SIZES:
                 raise SettingsError(f"body size {size!r} is unknown: use one of {', '.join(BODY_SIZES)}")
+        if not 0 <= self.child_weight < 1:
+            raise SettingsError(f"child weight is {self.child_weight}: it must be a share from 0 up to, but not, 1")
         if self.floor not in FLOORS:
             raise SettingsError(f"floor {self.floor!r} is unknown: use one of {', '.join(FLOORS)}")
 

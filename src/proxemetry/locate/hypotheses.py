@@ -1,0 +1,140 @@
+"""Several explanations of a person: standing or seated, facing this way or that, adult or child.
+
+The start ranks them; the solver refines each with the camera held; Laplace's approximation weighs them. What moves a
+person by less than its own uncertainty is folded into the covariance, what moves it further stays a mode of its own.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..anthropometry import Population, moments, populations
+from .body_model import POSTURE_WEIGHTS, BodyModel
+from .evidence import Evidence
+from .projection import DEPTH, HEADING, LOG_LENGTHS, N_LOCAL, POINT, POSTURE
+from .solver import Fit, Rows
+from .start import HEADINGS, Start
+
+FloatArray = NDArray[np.float64]
+
+#: An alternative this much worse than the best at the start (negative log posterior) is not pursued.
+_WORTH_PURSUING = 8.0
+
+
+@dataclass(frozen=True, eq=False)
+class Guesses:
+    """R rows to try: whose, the posture, the heading, which group of bodies, the log prior weight; and a start each.
+
+    group: shape (R,), an index into `groups_of` that person's body size. local: shape (R, N_LOCAL).
+    """
+
+    person: NDArray[np.intp]
+    posture: NDArray[np.intp]
+    group: NDArray[np.intp]
+    log_prior: FloatArray
+    local: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Bodytype:
+    """One Gaussian of log lengths with its prior weight: the adults of a body size, or its children."""
+
+    weight: float
+    mean: FloatArray
+    precision: FloatArray
+
+
+def body_types(body_size: str, child_weight: float) -> tuple[Bodytype, ...]:
+    """Return the grown-ups and the children of a body size as one Gaussian each, the more likely first."""
+    groups = populations(body_size, child_weight)
+    children = tuple(g for g in groups if g.name.startswith("children") and g.weight > 0)
+    adults = tuple(g for g in groups if not g.name.startswith("children"))
+    types = [_body_type(part) for part in (adults, children) if part]
+    return tuple(sorted(types, key=lambda t: -t.weight))
+
+
+def _body_type(groups: tuple[Population, ...]) -> Bodytype:
+    mean, covariance = moments(groups)
+    return Bodytype(sum(g.weight for g in groups), mean, np.asarray(np.linalg.inv(covariance), dtype=float))
+
+
+def guesses_of(start: Start, types: list[tuple[Bodytype, ...]], model: BodyModel) -> tuple[Guesses, NDArray[np.intp]]:
+    """Return every row worth trying, best first for each person, and the row of each person's best."""
+    chosen: list[tuple[int, int, int, int, float]] = []
+    first: list[int] = []
+    for person, cost in enumerate(start.cost):
+        best = np.unravel_index(int(cost.argmin()), cost.shape)
+        first.append(len(chosen))
+        ranked = [(int(best[0]), int(best[1]), 0)]
+        other = 1 - best[0]
+        if cost[other].min() - cost[best] < _WORTH_PURSUING:
+            ranked.append((int(other), int(cost[other].argmin()), 0))
+        turned = _other_heading(cost[best[0]], int(best[1]))
+        if turned is not None:
+            ranked.append((int(best[0]), turned, 0))
+        ranked += [(int(best[0]), int(best[1]), g) for g in range(1, len(types[person]))]
+        chosen += [(person, p, h, g, types[person][g].weight * POSTURE_WEIGHTS[p]) for p, h, g in ranked]
+    table = np.array([row[:4] for row in chosen], dtype=np.intp).reshape(-1, 4)
+    person, posture, heading, group = table.T
+    local = np.zeros((len(table), N_LOCAL))
+    local[:, POINT] = start.point[person, posture, heading]
+    mean = np.array([types[p][g].mean for p, g in zip(person, group, strict=True)]).reshape(len(table), -1)
+    grown = np.array([types[p][0].mean[0] for p in person])
+    local[:, DEPTH] = start.log_depth[person, posture, heading] + mean[:, 0] - grown
+    local[:, HEADING] = HEADINGS[heading]
+    local[:, LOG_LENGTHS] = mean
+    local[:, POSTURE] = model.prior_mean[posture]
+    log_prior = np.log([row[4] for row in chosen])
+    return Guesses(person, posture, group, log_prior, local), np.array(first, dtype=np.intp)
+
+
+def _other_heading(cost: FloatArray, best: int) -> int | None:
+    """Return the best local minimum around the circle of headings but for the overall one."""
+    minima = (cost <= np.roll(cost, 1)) & (cost <= np.roll(cost, -1))
+    for near in (-1, 0, 1):
+        minima[(best + near) % len(cost)] = False
+    if not minima.any():
+        return None
+    other = int(np.where(minima, cost, np.inf).argmin())
+    return other if cost[other] - cost[best] < _WORTH_PURSUING else None
+
+
+def rows_of(
+    guesses: Guesses, evidence: Evidence, types: list[tuple[Bodytype, ...]], floor_sd: FloatArray, model: BodyModel,
+    scale: FloatArray,
+) -> Rows:  # fmt: skip
+    """Return the solver's rows; scale (P,) is each person's stature over depth, for the noise."""
+    person = guesses.person
+    types_of = [types[p][g] for p, g in zip(person, guesses.group, strict=True)]
+    known = np.isfinite(evidence.heading_rad) & (evidence.heading_sd_rad > 0)
+    precision = np.where(known, np.maximum(np.nan_to_num(evidence.heading_sd_rad, nan=1.0), 0.05) ** -2, 0.0)
+    return Rows(
+        person=person,
+        points=evidence.points[person],
+        sd=keypoint_sd(evidence, model, scale)[person],
+        posture=guesses.posture,
+        length_mean=np.array([t.mean for t in types_of]),
+        length_precision=np.array([t.precision for t in types_of]),
+        heading=np.where(known, np.nan_to_num(evidence.heading_rad), 0.0)[person],
+        heading_precision=precision[person],
+        floor_sd=floor_sd[person],
+    )
+
+
+def keypoint_sd(evidence: Evidence, model: BodyModel, scale: FloatArray) -> FloatArray:
+    """Return the noise of every keypoint (P, K), infinite where unseen: a share of the body's size, never below what
+    a detector resolves."""
+    sd = np.hypot(model.spread * scale[:, None], evidence.resolution) * evidence.noise_scale
+    return np.where(evidence.seen, sd, np.inf)
+
+
+def log_evidence(fit: Fit, rows: Rows, log_prior: FloatArray, model: BodyModel) -> FloatArray:
+    """Return the log of each row's posterior weight (R,), up to a constant of its person (Laplace)."""
+    own = fit.hessian[:, :N_LOCAL, :N_LOCAL]
+    _, volume = np.linalg.slogdet(own)
+    _, lengths = np.linalg.slogdet(rows.length_precision)
+    posture = -2 * np.log(model.prior_sd[rows.posture]).sum(axis=1)
+    return log_prior - fit.row_cost - 0.5 * volume + 0.5 * (lengths + posture)

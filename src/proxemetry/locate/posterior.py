@@ -1,0 +1,220 @@
+"""From the solver's explanations to positions, covariances, headings, statures and modes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..bodies import Bodies, Floor, Mode
+from .body_model import BodyModel
+from .evidence import Evidence
+from .projection import (
+    DEPTH,
+    HEADING,
+    HEIGHT,
+    LOG_LENGTHS,
+    N_LOCAL,
+    N_SHARED,
+    PITCH,
+    ROLL,
+    camera_axes,
+    torso_jacobian,
+    torso_position,
+)  # fmt: skip
+from .solver import Fit, Rows, schur, solved
+
+FloatArray = NDArray[np.float64]
+
+#: An explanation less likely than this is not reported.
+_LEAST_WEIGHT = 0.03
+#: Explanations further apart than this many standard deviations of depth stay apart.
+_APART = 1.5
+_MOST_AMBIGUOUS = 3
+_FOUND_FLOOR_REL_SD = 0.35
+_BELIEVED = 0.3
+_STATURE = LOG_LENGTHS.start
+
+
+@dataclass(frozen=True, eq=False)
+class Placed:
+    """Everybody usable, placed: the fields of `Bodies` for them alone."""
+
+    positions_m: FloatArray
+    covariance_m2: FloatArray
+    basis: tuple[str, ...]
+    up: FloatArray
+    heading_rad: FloatArray
+    heading_sd_rad: FloatArray
+    stature_m: FloatArray
+    stature_sd_m: FloatArray
+    floor: Floor | None
+    modes: tuple[Mode, ...]
+
+    def bodies(self, count: int, rows: NDArray[np.intp], reason: str) -> Bodies:
+        """Return them among all `count` people, at `rows`; the others are unplaced for that reason."""
+        basis: list[str] = [""] * count
+        reasons: list[str | None] = [reason] * count
+        for row, used in zip(rows, self.basis, strict=True):
+            basis[row], reasons[row] = used, None
+        modes = tuple(
+            Mode(m.weight, _spread(m.positions_m, count, rows), _spread_square(m.covariance_m2, count, rows))
+            for m in self.modes
+        )
+        return Bodies(
+            _spread(self.positions_m, count, rows), _spread_square(self.covariance_m2, count, rows), "scene",
+            tuple(basis), tuple(reasons), self.up, _spread(self.heading_rad, count, rows),
+            _spread(self.heading_sd_rad, count, rows), _spread(self.stature_m, count, rows),
+            _spread(self.stature_sd_m, count, rows), self.floor, modes,
+        )  # fmt: skip
+
+
+def placed_people(
+    rows: Rows, everyone: Fit, log_weight: FloatArray, first: NDArray[np.intp], fit: Fit, evidence: Evidence,
+    model: BodyModel, on_floor: NDArray[np.bool_],
+) -> Placed:  # fmt: skip
+    """Return everybody's place from the joint fit of their best rows and the alternatives' weights."""
+    weights = _normalised(rows.person, log_weight, len(first))
+    local_sd, covariance = _covariance(fit)
+    shift = _folded(rows, everyone, weights, first, fit)
+    blocks = np.arange(3 * len(first)).reshape(-1, 3)
+    covariance[blocks[:, :, None], blocks[:, None, :]] += shift
+    heading, heading_sd = _headings(rows, everyone, weights, local_sd, fit, len(first))
+    stature = np.exp(fit.local[:, _STATURE])
+    return Placed(
+        positions_m=torso_position(fit.local, fit.shared),
+        covariance_m2=covariance,
+        basis=_basis(evidence, fit, model, on_floor),
+        up=-camera_axes(fit.shared[PITCH], fit.shared[ROLL])[0][:, 1],
+        heading_rad=heading,
+        heading_sd_rad=heading_sd,
+        stature_m=stature,
+        stature_sd_m=stature * local_sd[:, _STATURE],
+        floor=_floor(fit, on_floor),
+        modes=_modes(rows, everyone, weights, first, fit),
+    )
+
+
+def _normalised(person: NDArray[np.intp], log_weight: FloatArray, count: int) -> FloatArray:
+    highest = np.full(count, -np.inf)
+    np.maximum.at(highest, person, log_weight)
+    weight = np.exp(log_weight - highest[person])
+    return weight / np.bincount(person, weight, minlength=count)[person]
+
+
+def _covariance(fit: Fit) -> tuple[FloatArray, FloatArray]:
+    """Return the standard deviations of the local unknowns (P, N_LOCAL), and the joint covariance of the positions."""
+    own = fit.hessian[:, :N_LOCAL, :N_LOCAL]
+    inverse = np.linalg.inv(own)
+    by_shared = inverse @ fit.hessian[:, :N_LOCAL, N_LOCAL:]
+    shared = np.linalg.inv(schur(fit, by_shared))
+    variance = np.einsum("rii->ri", inverse) + np.einsum("ris,st,rit->ri", by_shared, shared, by_shared)
+    by_local, direct = torso_jacobian(fit.local, fit.shared)
+    sensitivity = direct - by_local @ by_shared[:, :3]
+    flat = sensitivity.reshape(-1, N_SHARED)
+    covariance = flat @ shared @ flat.T
+    blocks = np.arange(len(flat)).reshape(-1, 3)
+    covariance[blocks[:, :, None], blocks[:, None, :]] += by_local @ inverse[:, :3, :3] @ by_local.transpose(0, 2, 1)
+    return np.sqrt(variance), (covariance + covariance.T) / 2
+
+
+def _far(rows: Rows, everyone: Fit, first: NDArray[np.intp]) -> NDArray[np.bool_]:
+    """Return which rows put their person elsewhere than its best row does, beyond their own uncertainty."""
+    own = everyone.hessian[:, :N_LOCAL, :N_LOCAL]
+    unit = np.zeros((len(own), N_LOCAL, 1))
+    unit[:, DEPTH] = 1.0
+    sd = np.sqrt(np.linalg.solve(own, unit)[:, DEPTH, 0])
+    best = first[rows.person]
+    apart = np.abs(everyone.local[:, DEPTH] - everyone.local[best, DEPTH])
+    return apart > _APART * np.maximum(sd, sd[best])
+
+
+def _folded(rows: Rows, everyone: Fit, weights: FloatArray, first: NDArray[np.intp], fit: Fit) -> FloatArray:
+    """Return what explanations near the best one add to each person's covariance (P, 3, 3)."""
+    position = torso_position(everyone.local, fit.shared)
+    near = ~_far(rows, everyone, first)
+    kept = np.where(near, weights, 0.0)
+    apart = position - position[first[rows.person]]
+    result = np.zeros((len(first), 3, 3))
+    np.add.at(result, rows.person, kept[:, None, None] * apart[:, :, None] * apart[:, None, :])
+    return result
+
+
+def _modes(rows: Rows, everyone: Fit, weights: FloatArray, first: NDArray[np.intp], fit: Fit) -> tuple[Mode, ...]:
+    """Return the joint explanations where people have alternatives apart from their best; empty where nobody has."""
+    far = _far(rows, everyone, first) & (weights > _LEAST_WEIGHT)
+    choices: dict[int, list[int]] = {}
+    for row in np.flatnonzero(far)[np.argsort(-weights[far], kind="stable")]:
+        person = int(rows.person[row])
+        if person in choices or len(choices) < _MOST_AMBIGUOUS:
+            choices.setdefault(person, [int(first[person])]).append(int(row))
+    if not choices:
+        return ()
+    modes: list[Mode] = []
+    for combination in product(*choices.values()):
+        chosen = first.copy()
+        chosen[list(choices)] = combination
+        weight = float(np.prod([weights[row] for row in combination]))
+        local = fit.local.copy()
+        moved = np.flatnonzero(chosen != first)
+        local[moved] = everyone.local[chosen[moved]]
+        hessian = fit.hessian.copy()
+        hessian[moved] = everyone.hessian[chosen[moved]]
+        explained = Fit(local, fit.shared, hessian, fit.shared_precision, fit.row_cost, fit.shared_cost, fit.weights,
+                        fit.floor_weight)  # fmt: skip
+        modes.append(Mode(weight, torso_position(local, fit.shared), _covariance(explained)[1]))
+    total = sum(m.weight for m in modes)
+    modes = [Mode(m.weight / total, m.positions_m, m.covariance_m2) for m in modes]
+    return tuple(sorted(modes, key=lambda m: -m.weight))
+
+
+def _headings(
+    rows: Rows, everyone: Fit, weights: FloatArray, local_sd: FloatArray, fit: Fit, count: int
+) -> tuple[FloatArray, FloatArray]:
+    """Return the heading of the best explanation, and the spread of all about it, radians (P,)."""
+    heading = np.angle(np.exp(1j * fit.local[:, HEADING]))
+    apart = np.angle(np.exp(1j * (everyone.local[:, HEADING] - heading[rows.person])))
+    variance = local_sd[:, HEADING] ** 2 + np.bincount(rows.person, weights * apart**2, minlength=count)
+    return heading, np.minimum(np.sqrt(variance), np.pi / np.sqrt(3))  # no wider than knowing nothing
+
+
+def _floor(fit: Fit, on_floor: NDArray[np.bool_]) -> Floor | None:
+    if not on_floor.any():
+        return None
+    own = fit.hessian[:, :N_LOCAL, :N_LOCAL]
+    covariance = np.linalg.inv(schur(fit, solved(own, fit.hessian[:, :N_LOCAL, N_LOCAL:])))
+    sd = np.sqrt(np.diag(covariance))
+    if sd[HEIGHT] > _FOUND_FLOOR_REL_SD:
+        return None
+    height = float(np.exp(fit.shared[HEIGHT]))
+    return Floor(
+        height, float(fit.shared[PITCH]), float(fit.shared[ROLL]), float(height * sd[HEIGHT]), float(sd[PITCH]),
+        float(sd[ROLL]),
+    )  # fmt: skip
+
+
+def _basis(evidence: Evidence, fit: Fit, model: BodyModel, on_floor: NDArray[np.bool_]) -> tuple[str, ...]:
+    believed = evidence.seen & (fit.weights > _BELIEVED)
+    names: list[str] = []
+    for person in range(len(believed)):
+        used = [
+            kind for kind, rows in model.kinds.items()
+            if (believed[person] & rows).any() and (kind != "feet" or on_floor[person])
+        ]  # fmt: skip
+        names.append("+".join(used))
+    return tuple(names)
+
+
+def _spread(values: FloatArray, count: int, rows: NDArray[np.intp]) -> FloatArray:
+    result = np.full((count, *values.shape[1:]), np.nan)
+    result[rows] = values
+    return result
+
+
+def _spread_square(values: FloatArray, count: int, rows: NDArray[np.intp]) -> FloatArray:
+    result = np.full((3 * count, 3 * count), np.nan)
+    index = (3 * rows[:, None] + np.arange(3)).ravel()
+    result[np.ix_(index, index)] = values
+    return result

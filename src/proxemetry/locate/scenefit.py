@@ -1,0 +1,124 @@
+"""The joint fit of a photo: one floor, one camera and everybody's body, by maximum a posteriori.
+
+Feet, torsos, shoulders and eyes of all people answer together for the camera's pitch, roll and height and for each
+person's place, heading, stature and posture; the normal equations at the answer give the covariance, shared errors
+of floor and focal length included.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..bodies import Bodies
+from ..camera import Camera
+from ..people import People
+from . import LocateSettings
+from .body_model import BodyModel, body_model
+from .evidence import Evidence, evidence_of
+from .hypotheses import Guesses, body_types, guesses_of, keypoint_sd, log_evidence, rows_of
+from .posterior import Placed, placed_people
+from .projection import DEPTH, FOCAL, HEIGHT, LOG_LENGTHS, N_SHARED, PITCH, PRINCIPAL, ROLL
+from .solver import Fit, Rows, SharedPrior, solve
+from .start import look
+
+FloatArray = NDArray[np.float64]
+
+#: How even floors are, as a standard deviation of where the soles are, metres; the tails are heavy (kerbs, steps).
+FLOOR_SD_M = 0.03
+#: Hand-held and mounted cameras: what is known of pitch, roll and height above the floor beforehand; tails are heavy.
+PITCH_SD_RAD = np.deg2rad(4.0)
+ROLL_SD_RAD = np.deg2rad(1.2)
+TYPICAL_HEIGHT_M, HEIGHT_LOG_SD = 1.55, 0.22
+
+_EXACT = 1e-5
+_REASON = "fewer than two usable joints: nothing shows how large this person appears"
+
+
+def locate(people: People, camera: Camera, settings: LocateSettings) -> Bodies:
+    """Return where everybody stands, from all evidence at once.
+
+    `people` are in undistorted pixels of `camera`. Rows without two usable joints come back as NaN with a reason.
+    """
+    model = body_model(people.skeleton)
+    evidence = evidence_of(people, camera, model)
+    usable = np.flatnonzero(_measurable(evidence))
+    if not len(usable):
+        return Bodies.unplaced(len(people), "scene", _REASON)
+    placed = _fit(_taken(evidence, usable), camera, settings, usable, model)
+    return placed.bodies(len(people), usable, _REASON)
+
+
+def _measurable(evidence: Evidence) -> NDArray[np.bool_]:
+    """Return who has at least two joints apart from one another, shape (P,)."""
+    high = np.where(evidence.seen[..., None], evidence.points, -np.inf).max(axis=1, initial=-np.inf)
+    low = np.where(evidence.seen[..., None], evidence.points, np.inf).min(axis=1, initial=np.inf)
+    extent = np.where(evidence.seen.sum(axis=1) >= 2, (high - low).max(axis=1), 0.0)
+    return extent > evidence.resolution
+
+
+def _taken(evidence: Evidence, index: NDArray[np.intp]) -> Evidence:
+    return Evidence(
+        evidence.points[index], evidence.seen[index], evidence.noise_scale[index], evidence.resolution,
+        evidence.heading_rad[index], evidence.heading_sd_rad[index],
+    )  # fmt: skip
+
+
+def shared_prior(camera: Camera) -> SharedPrior:
+    """Return what is known of the camera's place and of its intrinsics before the people are seen."""
+    mean, sd = np.zeros(N_SHARED), np.zeros(N_SHARED)
+    mean[HEIGHT] = np.log(TYPICAL_HEIGHT_M)
+    sd[PITCH], sd[ROLL], sd[HEIGHT] = PITCH_SD_RAD, ROLL_SD_RAD, HEIGHT_LOG_SD
+    sd[FOCAL] = max(camera.focal_rel_sd, _EXACT)
+    sd[PRINCIPAL] = max(camera.principal_sd_px / camera.f_px, _EXACT)
+    return SharedPrior(mean, sd)
+
+
+def _fit(
+    evidence: Evidence, camera: Camera, settings: LocateSettings, usable: NDArray[np.intp], model: BodyModel
+) -> Placed:
+    sizes = settings.body_sizes or (None,) * (int(usable.max()) + 1)
+    types = [body_types(sizes[row] or settings.body_size, settings.child_weight) for row in usable]
+    on_floor = np.array([settings.floor == "shared" and row not in settings.off_floor for row in usable])
+    floor_sd = np.where(on_floor, FLOOR_SD_M, np.inf)
+    prior = shared_prior(camera)
+    start = look(evidence, np.exp([t[0].mean for t in types]), prior, model, on_floor.astype(float))
+    guesses, first = guesses_of(start, types, model)
+    scale = _scale(guesses.local[first])
+    rows = rows_of(guesses, evidence, types, floor_sd, model, scale)
+
+    fit = solve(rows.taken(first), guesses.local[first], start.shared, prior, model, iterations=5)
+    rows = rows.with_sd(keypoint_sd(evidence, model, _scale(fit.local))[rows.person])
+    fit = solve(rows.taken(first), fit.local, fit.shared, prior, model, iterations=6)
+    for _ in range(2):
+        everyone, weight = _weigh(rows, first, guesses, fit, prior, model)
+        best = _best_rows(rows.person, weight, len(usable))
+        if (best == first).all():
+            break
+        first = best
+        fit = solve(rows.taken(first), everyone.local[first], fit.shared, prior, model, iterations=5)
+        guesses.local[:] = everyone.local
+    else:
+        everyone, weight = _weigh(rows, first, guesses, fit, prior, model)
+    return placed_people(rows, everyone, weight, first, fit, evidence, model, on_floor)
+
+
+def _weigh(
+    rows: Rows, first: NDArray[np.intp], guesses: Guesses, fit: Fit, prior: SharedPrior, model: BodyModel
+) -> tuple[Fit, FloatArray]:
+    """Refine every hypothesis with the camera held, and return the log weight of each besides."""
+    local = guesses.local.copy()
+    local[first] = fit.local
+    everyone = solve(rows, local, fit.shared, prior, model, iterations=5, shared_moves=False)
+    weight = log_evidence(everyone, rows, guesses.log_prior, model)
+    return everyone, weight
+
+
+def _best_rows(person: NDArray[np.intp], weight: FloatArray, count: int) -> NDArray[np.intp]:
+    """Return each person's likeliest row."""
+    return np.array([np.flatnonzero(person == i)[weight[person == i].argmax()] for i in range(count)])
+
+
+def _scale(local: FloatArray) -> FloatArray:
+    """Return each row's stature over depth."""
+    return np.exp(local[:, LOG_LENGTHS.start] - local[:, DEPTH])

@@ -1,0 +1,109 @@
+"""The body model and its projection: closed forms, and derivatives against differences."""
+
+import numpy as np
+import pytest
+
+from proxemetry.locate.body_model import LATENTS, POSTURES, SHOE_M, body_model
+from proxemetry.locate.projection import (
+    DEPTH,
+    FOCAL,
+    HEADING,
+    HEIGHT,
+    LOG_LENGTHS,
+    N_LOCAL,
+    N_SHARED,
+    PITCH,
+    POSTURE,
+    TURN,
+    camera_axes,
+    project,
+)
+from proxemetry.skeleton import COCO_17, HALPE_26, SKELETONS
+
+LENGTHS_M = [1.70, 1.36, 0.52, 0.35, 0.063, 0.15]
+
+
+def rows(count, rng=None):
+    local = np.zeros((count, N_LOCAL))
+    local[:, DEPTH] = np.log(5.0)
+    local[:, LOG_LENGTHS] = np.log(LENGTHS_M)
+    if rng is not None:
+        local[:, :2] = rng.normal(0, 0.2, (count, 2))
+        local[:, HEADING], local[:, TURN] = rng.normal(0, 2, count), rng.normal(0, 0.4, count)
+        local[:, POSTURE] = rng.normal(0, 0.05, (count, len(LATENTS)))
+    return local
+
+
+def test_a_level_camera_sees_lengths_over_depth():
+    model = body_model(COCO_17)
+    seen = project(rows(1), np.zeros(N_SHARED), np.array([0]), model).points[0]
+    at = {COCO_17.joints[c]: point for c, point in zip(model.columns, seen, strict=True)}
+    # facing the camera the left shoulder is on the right, half of .35 m from the middle, half of .52 m above it
+    assert at["left_shoulder"] == pytest.approx((0.175 / 5, -0.26 / 5))
+    assert at["left_hip"][1] == pytest.approx(0.26 / 5)
+    assert at["left_eye"][0] - at["right_eye"][0] == pytest.approx(0.063 / (5 - 0.56 * 0.15))
+    assert at["nose"][0] == pytest.approx(0)
+
+
+def test_heading_turns_towards_the_right_of_the_image():
+    model = body_model(COCO_17)
+    local = rows(1)
+    local[:, HEADING] = np.pi / 2
+    seen = project(local, np.zeros(N_SHARED), np.array([0]), model).points[0]
+    at = {COCO_17.joints[c]: point for c, point in zip(model.columns, seen, strict=True)}
+    assert at["nose"][0] > 0.01  # the face leads to the right
+    assert at["left_shoulder"][0] == pytest.approx(0, abs=1e-9)
+
+
+def test_a_sole_on_the_floor():
+    shared = np.zeros(N_SHARED)
+    local = rows(1)
+    # a level camera at the height of the torso's middle: 1.36 - .26 m and the shoe
+    shared[HEIGHT] = np.log(1.36 - 0.26 + SHOE_M)
+    assert project(local, shared, np.array([0]), body_model(COCO_17)).floor == pytest.approx([0.0])
+
+
+def test_looking_down_puts_up_towards_the_viewer():
+    # Floor's definition: up is (sin r cos p, -cos r cos p, -sin p)
+    matrix, _, _ = camera_axes(0.3, 0.1)
+    expected = (np.sin(0.1) * np.cos(0.3), -np.cos(0.1) * np.cos(0.3), -np.sin(0.3))
+    assert -matrix[:, 1] == pytest.approx(expected)
+    assert matrix @ matrix.T == pytest.approx(np.eye(3))
+    assert np.linalg.det(matrix) == pytest.approx(1)
+
+
+def test_derivatives_agree_with_differences():
+    rng = np.random.default_rng(0)
+    model, posture = body_model(HALPE_26), np.array([0, 1, 0])
+    local, shared = rows(3, rng), np.array([0.2, 0.1, 0.5, 0.05, 0.01, -0.02])
+    here, step = project(local, shared, posture, model), 1e-6
+    for k in range(N_LOCAL + N_SHARED):
+        moved, moved_shared = local.copy(), shared.copy()
+        if k < N_LOCAL:
+            moved[:, k] += step
+        else:
+            moved_shared[k - N_LOCAL] += step
+        there = project(moved, moved_shared, posture, model)
+        assert (there.points - here.points) / step == pytest.approx(here.jacobian[..., k], abs=1e-5)
+        assert (there.floor - here.floor) / step == pytest.approx(here.floor_jacobian[:, k], abs=1e-5)
+
+
+def test_focal_and_depth_trade_places():
+    shared = np.zeros(N_SHARED)
+    shared[FOCAL] = 0.1
+    local = rows(1)
+    point = project(local, shared, np.array([0]), body_model(COCO_17))
+    assert point.points[0].mean(axis=0)[0] == pytest.approx(0, abs=1e-9)
+    assert abs(point.jacobian[0, ..., N_LOCAL + PITCH]).max() < 1
+
+
+@pytest.mark.parametrize("name", SKELETONS)
+def test_left_mirrors_right(name):
+    model = body_model(SKELETONS[name])
+    joints = [SKELETONS[name].joints[c] for c in model.columns]
+    for k, joint in enumerate(joints):
+        if joint.startswith("left"):
+            other = joints.index(joint.replace("left", "right"))
+            for posture in range(len(POSTURES)):
+                assert model.rest[posture, k] == pytest.approx(model.rest[posture, other] * (1, -1, 1))
+                assert model.spread[k] == model.spread[other]
