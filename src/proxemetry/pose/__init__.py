@@ -43,24 +43,50 @@ class Entry:
     """One back end: `target` is "module:factory", called as factory(argument, options) -> PoseBackend.
 
     models: names of the networks it needs. runtime: the package that runs them, "" for none. summary: for the list.
+    argument: what the factory gets where the name carries none.
     """
 
     target: str
     models: tuple[str, ...]
     runtime: str
     summary: str
+    argument: str = ""
+
+
+def _ready(name: str, models: tuple[str, ...], summary: str) -> Entry:
+    return Entry("onnx_backend:open_backend", models, "onnxruntime", summary, name)
 
 
 BACKENDS: dict[str, Entry] = {
     "blazepose": Entry(
         "blazepose:open_backend", weights.EMBEDDED, "ai_edge_litert", "the embedded default: runs everywhere"
     ),
+    "rtmdet-rtmpose-halpe26": _ready(
+        "rtmdet-rtmpose-halpe26", ("rtmdet_m_person.onnx", "rtmpose_m_halpe26.onnx"), "26 joints, neck and hip seen"
+    ),
+    "yolox-rtmpose": _ready(
+        "yolox-rtmpose", ("yolox_m_humanart.onnx", "rtmpose_m_body7.onnx"), "17 joints, strong and slow"
+    ),
+    "yolox-vitpose": _ready(
+        "yolox-vitpose", ("yolox_m_humanart.onnx", "vitpose_b_coco.onnx"), "17 joints, strongest and slowest"
+    ),
+    "rtmo": _ready("rtmo", ("rtmo_s_body7.onnx",), "17 joints, one network: its time hardly grows with the people"),
+    "yolox-tinypose": _ready(
+        "yolox-tinypose", ("yolox_nano.onnx", "tinypose_256x192.onnx"), "17 joints, small and quick"
+    ),
+    "onnx": Entry("onnx_backend:open_backend", (), "onnxruntime", "onnx:SPEC.toml runs any detector and pose network"),
     "recorded": Entry("recorded:open_backend", (), "", "recorded:FILE replays a keypoint file or folder"),
     "python": Entry("callables:open_backend", (), "", "python:MODULE:FUNCTION calls your own detector"),
 }
 
 #: Best first; `auto` takes the first whose networks and runtime are there. The embedded one always can be had.
-AUTO_ORDER: tuple[str, ...] = ("blazepose",)
+AUTO_ORDER: tuple[str, ...] = (
+    "rtmdet-rtmpose-halpe26",
+    "yolox-rtmpose",
+    "yolox-vitpose",
+    "yolox-tinypose",
+    "blazepose",
+)
 
 
 def is_available(name: str) -> bool:
@@ -88,4 +114,4 @@ def backend_named(name: str, options: PoseOptions | None = None) -> PoseBackend:
     factory: Callable[[str, PoseOptions], PoseBackend] = getattr(
         importlib.import_module(f"{__name__}.{module}"), attribute
     )
-    return factory(argument, options or PoseOptions())
+    return factory(argument or BACKENDS[key].argument, options or PoseOptions())

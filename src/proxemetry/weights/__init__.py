@@ -135,7 +135,7 @@ def add(file: str | Path, name: str | None = None) -> LocatedModel:
         raise ModelError(f"{file}: no such file")
     digest = sha256_of(file)
     if name is None:
-        known = [model for model in MODELS.values() if digest.startswith(model.sha256)]
+        known = [model for model in MODELS.values() if model.sha256 and digest.startswith(model.sha256)]
         if not known:
             raise ModelError(f"{file}: its sha256 {digest} is in no row of the table (`proxemetry models list`)")
         model = known[0]

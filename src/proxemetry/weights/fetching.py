@@ -152,8 +152,11 @@ def _download(address: str, part: Path) -> None:
 
 
 def _unzip(archive: Path, member: str, target: Path) -> None:
+    """Take one member out of an archive; a bare name stands for the one member that is called so in any folder."""
     try:
-        with zipfile.ZipFile(archive) as opened, opened.open(member) as source, target.open("wb") as sink:
-            shutil.copyfileobj(source, sink)
+        with zipfile.ZipFile(archive) as opened:
+            named = [name for name in opened.namelist() if name == member or name.endswith(f"/{member}")]
+            with opened.open(named[0] if len(named) == 1 else member) as source, target.open("wb") as sink:
+                shutil.copyfileobj(source, sink)
     except (zipfile.BadZipFile, KeyError) as error:
         raise ModelError(f"{archive.name} has no {member} ({error})") from error

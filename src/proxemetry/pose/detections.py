@@ -1,0 +1,136 @@
+"""People's boxes out of a detector's raw answer: decoding, and one box a person.
+
+Boxes are x0, y0, x1, y1 in pixels of whatever the function was given.
+"""
+
+from __future__ import annotations
+
+import functools
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import ModelError
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Detections:
+    """N boxes of people, shape (N, 4), with scores 0..1, shape (N,)."""
+
+    boxes_px: FloatArray
+    scores: FloatArray
+
+    def __len__(self) -> int:
+        return len(self.boxes_px)
+
+    def __getitem__(self, rows: NDArray[np.bool_] | NDArray[np.intp] | slice) -> Detections:
+        return Detections(self.boxes_px[rows], self.scores[rows])
+
+
+NOBODY = Detections(np.zeros((0, 4)), np.zeros(0))
+
+
+def joined(parts: list[Detections]) -> Detections:
+    """Return the detections of several parts of a photo as one."""
+    if not parts:
+        return NOBODY
+    return Detections(np.concatenate([p.boxes_px for p in parts]), np.concatenate([p.scores for p in parts]))
+
+
+@functools.lru_cache(maxsize=8)
+def _grid(size: tuple[int, int], strides: tuple[int, ...]) -> tuple[FloatArray, FloatArray]:
+    """Return the cells of all feature maps, shape (N, 2), and the stride of each, shape (N, 1)."""
+    cells = [
+        np.stack(np.meshgrid(np.arange(size[0] // s), np.arange(size[1] // s)), axis=-1).reshape(-1, 2) for s in strides
+    ]
+    each = [np.full((len(c), 1), s) for c, s in zip(cells, strides, strict=True)]
+    return np.concatenate(cells).astype(float), np.concatenate(each).astype(float)
+
+
+def decode_yolox(
+    outputs: list[NDArray[np.float32]], size: tuple[int, int], person: int = 0, least: float = 0.0
+) -> Detections:
+    """Decode YOLOX's raw heads, one array of shape (1, N, 5 + classes): cell offsets, log sizes, objectness, classes.
+
+    size: (width, height) of the input. Only boxes scoring at least `least` come back. Ge et al. 2021 (YOLOX).
+    """
+    raw = outputs[0][0]
+    cells, strides = _grid(size, (8, 16, 32))
+    if raw.ndim != 2 or len(raw) != len(cells) or raw.shape[1] <= 5 + person:
+        raise ModelError(
+            f"the detector answers {outputs[0].shape}, which is no YOLOX head for an input of {size[0]} x {size[1]}: "
+            f"expected (1, {len(cells)}, 5 + classes)"
+        )
+    scores = raw[:, 4].astype(float) * raw[:, 5 + person]
+    rows = np.flatnonzero(scores >= least)
+    centres = (raw[rows, :2] + cells[rows]) * strides[rows]
+    halves = np.exp(raw[rows, 2:4].astype(float)) * strides[rows] / 2
+    return Detections(np.concatenate([centres - halves, centres + halves], axis=1), scores[rows])
+
+
+def decode_boxes(
+    outputs: list[NDArray[np.float32]], size: tuple[int, int], person: int = 0, least: float = 0.0
+) -> Detections:
+    """Decode a detector that ends in its own suppression, as MMDeploy exports RTMDet and YOLOX.
+
+    outputs: boxes with scores of shape (1, N, 5), and where there is a second array the classes of shape (1, N).
+    """
+    rows = outputs[0][0] if outputs[0].ndim == 3 else outputs[0]
+    if rows.ndim != 2 or rows.shape[1] < 5:
+        raise ModelError(f"the detector answers {outputs[0].shape}: expected boxes with scores, (1, N, 5)")
+    keep = rows[:, 4] >= max(least, 1e-6)
+    if len(outputs) > 1:
+        keep &= outputs[1].reshape(-1)[: len(rows)].astype(int) == person
+    return Detections(rows[keep, :4].astype(float), rows[keep, 4].astype(float))
+
+
+def decode_ultralytics(
+    outputs: list[NDArray[np.float32]], size: tuple[int, int], person: int = 0, least: float = 0.0
+) -> Detections:
+    """Decode an anchor-free head of shape (1, 4 + classes, N): centre x, y, width, height, class scores."""
+    raw = outputs[0][0].T
+    if raw.ndim != 2 or raw.shape[1] <= 4 + person:
+        raise ModelError(f"the detector answers {outputs[0].shape}: expected (1, 4 + classes, N)")
+    scores = raw[:, 4 + person].astype(float)
+    raw, scores = raw[scores >= least].astype(float), scores[scores >= least]
+    return Detections(np.concatenate([raw[:, :2] - raw[:, 2:4] / 2, raw[:, :2] + raw[:, 2:4] / 2], axis=1), scores)
+
+
+def overlaps(box: FloatArray, others: FloatArray) -> FloatArray:
+    """Return the intersection over union of one box with N others, shape (N,)."""
+    low, high = np.maximum(box[:2], others[:, :2]), np.minimum(box[2:], others[:, 2:])
+    shared = np.clip(high - low, 0, None).prod(axis=1)
+    total = np.prod(box[2:] - box[:2]) + (others[:, 2:] - others[:, :2]).prod(axis=1) - shared
+    return shared / np.maximum(total, 1e-12)
+
+
+def suppressed(found: Detections, most_overlap: float) -> Detections:
+    """Return the best-scoring boxes, none overlapping a better one by more than `most_overlap`; best first."""
+    order, kept = np.argsort(-found.scores, kind="stable"), []
+    while len(order):
+        best, order = order[0], order[1:]
+        kept.append(best)
+        order = order[overlaps(found.boxes_px[best], found.boxes_px[order]) <= most_overlap]
+    return found[np.array(kept, dtype=np.intp)]
+
+
+def uncut(found: Detections, region: tuple[int, int, int, int], photo_size: tuple[int, int]) -> Detections:
+    """Return a tile's boxes that its inner edges do not cut: another tile or the whole photo sees those better.
+
+    photo_size: (width, height). An edge counts as touched within a hundredth of the tile's longer side.
+    """
+    x0, y0, x1, y1 = region
+    margin, boxes = 0.01 * max(x1 - x0, y1 - y0), found.boxes_px
+    keep = np.ones(len(found), dtype=bool)
+    for column, edge, is_inner, sign in (
+        (0, x0, x0 > 0, 1), (1, y0, y0 > 0, 1), (2, x1, x1 < photo_size[0], -1), (3, y1, y1 < photo_size[1], -1),
+    ):  # fmt: skip
+        if is_inner:
+            keep &= sign * (boxes[:, column] - edge) > margin
+    return found[keep]
+
+
+DECODERS = {"yolox": decode_yolox, "boxes": decode_boxes, "ultralytics": decode_ultralytics}
