@@ -235,3 +235,65 @@ def test_lens_and_aperture_are_read(tmp_path: Path) -> None:
     tags = {LENS: "EF16-35mm f/4L IS USM", F_NUMBER: (8, 1), MAKE: "Canon", MODEL: "Canon EOS 6D"}
     metadata = Photo.open(write(tmp_path / "a.jpg", 600, 400, tags)).metadata
     assert (metadata.lens, metadata.f_number) == ("EF16-35mm f/4L IS USM", 8.0)
+
+
+WIDE_ANGLE = {
+    "make": "Canon", "model": "Canon EOS 6D", "lens": "EF16-35mm f/4L IS USM", "focal_mm": 16.0, "f_number": 8.0,
+    "focal_plane_px_per_mm": 6000 / 36,
+}  # fmt: skip
+
+
+def test_a_known_lens_brings_its_distortion() -> None:
+    """The stored corner of a 16 mm picture belongs far from where a straight lens would have put it."""
+    estimate = estimate_camera(photo_of(**WIDE_ANGLE))
+    camera = estimate.camera
+    assert camera is not None and camera.f_px == pytest.approx(16 * 6000 / 36)
+    assert "EF 16-35mm f/4L" in (estimate.lens or "") and any(camera.distortion)
+    import lensfunpy
+
+    database = lensfunpy.Database()
+    body = database.find_cameras("Canon", "Canon EOS 6D")[0]
+    lens = database.find_lenses(body, None, WIDE_ANGLE["lens"])[0]
+    modifier = lensfunpy.Modifier(lens, body.crop_factor, 6000, 4000)
+    modifier.initialize(16.0, 8.0, 1000.0, 1.0, flags=lensfunpy.ModifyFlags.DISTORTION)
+    # lensfun gives, for a point of its straightened picture, the point of the photo. Its straightened picture may
+    # be larger or smaller than ours, by one factor for all points.
+    factors = []
+    for column, row in ((100, 100), (3000, 50), (5900, 2000), (1000, 3000), (4500, 700)):
+        stored = modifier.apply_geometry_distortion(column, row, 1, 1)[0, 0] + 0.5
+        ours = camera.undistorted(stored) - (3000, 2000)
+        theirs = np.array([column + 0.5 - 3000, row + 0.5 - 2000])
+        factors.append(np.linalg.norm(ours) / np.linalg.norm(theirs))
+        assert np.linalg.norm(ours / factors[-1] - theirs) < 0.5  # the same direction
+    assert max(factors) / min(factors) - 1 < 2e-3
+    assert np.linalg.norm(camera.undistorted([100.0, 100.0]) - (100.0, 100.0)) > 40
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.floats(0, 6000), st.floats(0, 4000), st.floats(0.5, 50))
+def test_projecting_undoes_unprojecting_with_distortion(u: float, v: float, depth_m: float) -> None:
+    camera = camera_of(photo_of(**WIDE_ANGLE))
+    np.testing.assert_allclose(camera.project(camera.rays([u, v]) * depth_m), (u, v), atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"cropped": True}, {"lens_corrected": True}, {"digital_zoom": 2.0}, {"lens": "EF16-35mm f/9L"},
+        {"lens": "EF16-35mm f/2.8L II USM", "focal_mm": 50.0}, {"lens": None}, {"model": "Canon EOS 9999X"},
+        {"make": "SONY", "model": "ILCE-7M3", "lens": "FE 28mm F2", "focal_mm": 28.0},
+        {"make": "Apple", "model": "iPhone XS", "lens": None, "focal_mm": 4.25},
+    ],
+)  # fmt: skip
+def test_distortion_is_left_alone_where_it_is_not_known_or_already_gone(change: dict[str, object]) -> None:
+    estimate = estimate_camera(photo_of(**{**WIDE_ANGLE, **change}))
+    assert estimate.camera is not None and not any(estimate.camera.distortion) and estimate.lens is None
+
+
+def test_a_phones_sensor_counts_only_with_its_own_lens() -> None:
+    def sources(focal_mm: float) -> list[str]:
+        return [
+            c.source for c in estimate_camera(photo_of(make="Apple", model="iPhone XS", focal_mm=focal_mm)).candidates
+        ]
+
+    assert len(sources(4.25)) == 1 and sources(6.0) == []

@@ -132,13 +132,15 @@ class Candidate:
 class CameraEstimate:
     """The camera chosen for a photo, every candidate, and what is doubtful.
 
-    camera is None where no focal length is known; reason then says so and what to do. flags are short texts.
+    camera is None where no focal length is known; reason then says so and what to do. flags are short texts. lens
+    says whose distortion the camera has, and where it is from; None where it has none.
     """
 
     camera: Camera | None
     candidates: tuple[Candidate, ...] = ()
     flags: tuple[str, ...] = ()
     reason: str | None = None
+    lens: str | None = None
 
 
 def _distort(ideal: FloatArray, distortion: tuple[float, float, float, float, float]) -> FloatArray:

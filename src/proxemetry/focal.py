@@ -11,6 +11,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 from .camera import Camera, CameraEstimate, Candidate
+from .camera_table import CameraRow, CameraTable
 from .errors import SettingsError
 from .frame import Frame, frame_of
 from .photo import Photo
@@ -28,6 +29,8 @@ _EQUIVALENT_SD = 0.025  # some makers scale the width, not the diagonal; the rou
 _CROP_FACTOR_SD = 0.03
 _ASSUMED_EQUIVALENT_SD = 0.1
 _ASSUMED_FOV_SD = 0.2
+#: How the sources of what is stated begin.
+_STATED = ("user", "camera table")
 #: The central 90 % of a normal distribution ends this many standard deviations out.
 _SD_OF_90 = 1.645
 
@@ -38,7 +41,7 @@ class FocalRequest:
 
     focal_mm with sensor_mm (width, height of the sensor in millimetres), focal_35mm, or focal_px; sensor_mm alone
     goes with each photo's own focal length. assume_fov_deg is the horizontal field of view to assume where nothing
-    else is known. undistort: correct the lens's distortion where the lens is known.
+    else is known. camera_table: what is known of single photos or cameras, which comes before the rest.
 
     Raises SettingsError where two statements contradict each other or a value is not positive.
     """
@@ -48,7 +51,7 @@ class FocalRequest:
     focal_px: float | None = None
     sensor_mm: tuple[float, float] | None = None
     assume_fov_deg: float | None = None
-    undistort: bool = True
+    camera_table: CameraTable | None = None
 
     def __post_init__(self) -> None:
         stated = {"--focal-mm": self.focal_mm, "--focal-35mm": self.focal_35mm, "--focal-px": self.focal_px}
@@ -73,49 +76,100 @@ def estimate_camera(photo: Photo, request: FocalRequest | None = None) -> Camera
     The estimate's camera is None, with the reason, where neither the photo nor the request tells a focal length.
     """
     request = request or FocalRequest()
+    row = (
+        request.camera_table.row_for(photo.name, photo.metadata.make, photo.metadata.model)
+        if request.camera_table
+        else None
+    )
     frame = frame_of(photo.width, photo.height, photo.metadata)
-    candidates = _settle_zoom(photo, tuple(_candidates(photo, request, frame)))
-    flags = list(photo.metadata.remarks)
-    if not candidates:
-        return CameraEstimate(None, (), tuple(flags), _what_is_missing(photo, request))
-    if request.focal_mm is not None and not candidates[0].source.startswith("user"):
-        return CameraEstimate(None, candidates, tuple(flags), _what_is_missing(photo, request))
+    candidates = _settle_zoom(photo, tuple(_candidates(photo, request, row, frame)))
+    flags = photo.metadata.remarks
+    stated_mm = (row and row.focal_mm) or request.focal_mm
+    unusable = stated_mm is not None and not any(c.source.startswith(_STATED) for c in candidates)
+    if unusable or not candidates:
+        return CameraEstimate(None, candidates, flags, _what_is_missing(photo, stated_mm))
     chosen, frame, doubts = _weigh(photo, candidates, frame)
-    if frame.crop is not None:
-        flags.append(f"cropped ({frame.crop}): principal point unknown")
-    if chosen.source.startswith(ASSUMED):
-        flags.append(f"focal length {chosen.source}")
     camera = Camera.centred(
         chosen.focal_px, photo.width, photo.height, focal_rel_sd=chosen.rel_sd, source=chosen.source
     )
     camera = replace(camera, principal_sd_px=frame.principal_sd_px)
-    return CameraEstimate(camera, candidates, (*flags, *doubts))
+    if chosen.source.startswith(ASSUMED):
+        doubts.append(f"focal length {chosen.source}")
+    if row is not None:
+        camera = _with_row(camera, row)
+    if frame.crop is not None:
+        where = "unknown" if camera.principal_sd_px else "as stated"
+        doubts.append(f"cropped ({frame.crop}): principal point {where}")
+    camera, lens, doubt = _with_lens(camera, photo, row, frame)
+    return CameraEstimate(camera, candidates, (*flags, *doubts, *([doubt] if doubt else [])), lens=lens)
 
 
-def _candidates(photo: Photo, request: FocalRequest, frame: Frame) -> Iterator[Candidate]:
-    yield from _stated(photo, request, frame)
+def _with_row(camera: Camera, row: CameraRow) -> Camera:
+    """Return the camera with the principal point, the pixels' shape and the distortion that a table's row states."""
+    if row.focal_y_px is not None:
+        camera = replace(camera, fy=row.focal_y_px)
+    if row.cx_px is not None and row.cy_px is not None:
+        camera = replace(camera, cx=row.cx_px, cy=row.cy_px, principal_sd_px=0.0)
+    return replace(camera, distortion=row.distortion or camera.distortion)
+
+
+def _with_lens(
+    camera: Camera, photo: Photo, row: CameraRow | None, frame: Frame
+) -> tuple[Camera, str | None, str | None]:
+    """Return the camera with its lens's distortion, that lens, and a doubt about it."""
+    if row is not None and row.distortion is not None:
+        return camera, f"camera table line {row.line}", None
+    # The middle of a crop is not the lens's axis, and a digital zoom is a crop that was made larger again.
+    if frame.crop is not None or _zoom(photo) > 1 or photo.metadata.model is None:
+        return camera, None, None
+    from .lens import lens_correction
+
+    correction, doubt = lens_correction(photo.metadata, camera.f_px, camera.width, camera.height)
+    if correction is None:
+        return camera, None, doubt or None
+    return replace(camera, distortion=correction.distortion), str(correction), None
+
+
+def _candidates(photo: Photo, request: FocalRequest, row: CameraRow | None, frame: Frame) -> Iterator[Candidate]:
+    if row is not None:
+        yield from _stated(photo, _request_of(row, photo), frame, f"camera table line {row.line}")
+    yield from _stated(photo, request, frame, "user")
     yield from _recorded(photo, frame)
     if request.assume_fov_deg is not None:
         f_px = photo.width / 2 / math.tan(math.radians(request.assume_fov_deg) / 2)
         yield Candidate(f_px, _ASSUMED_FOV_SD, f"{ASSUMED}: field of view {request.assume_fov_deg:g} degrees")
 
 
-def _stated(photo: Photo, request: FocalRequest, frame: Frame) -> Iterator[Candidate]:
-    """Yield what the user states, alone or with what the photo adds."""
+def _request_of(row: CameraRow, photo: Photo) -> FocalRequest:
+    """Return what a table's row states of the focal length; a sensor without a height has the photo's shape."""
+    sensor_mm = None
+    if row.sensor_width_mm is not None:
+        shape = min(photo.width, photo.height) / max(photo.width, photo.height)
+        sensor_mm = (row.sensor_width_mm, row.sensor_height_mm or row.sensor_width_mm * shape)
+    if row.focal_px is not None or row.focal_35mm is not None:
+        sensor_mm = None
+    return FocalRequest(row.focal_mm, row.focal_35mm, row.focal_px, sensor_mm)
+
+
+def _stated(photo: Photo, request: FocalRequest, frame: Frame, origin: str) -> Iterator[Candidate]:
+    """Yield what the user states for the run or in a row of a table, alone or with what the photo adds."""
     if request.focal_px is not None:
-        yield Candidate(request.focal_px, 0.0, "user: focal length in pixels")
+        yield Candidate(request.focal_px, 0.0, f"{origin}: focal length in pixels")
     elif request.focal_35mm is not None:
         # One equivalent for all photos of a run is nobody's measurement: it stays marked as what it is.
         f_px = _from_equivalent(request.focal_35mm, frame)
-        sd = math.hypot(_ASSUMED_EQUIVALENT_SD, frame.size_rel_sd)
-        yield Candidate(f_px, sd, f"{ASSUMED}: 35 mm equivalent {request.focal_35mm:g} mm")
+        said = f"35 mm equivalent {request.focal_35mm:g} mm"
+        if origin == "user":
+            yield Candidate(f_px, math.hypot(_ASSUMED_EQUIVALENT_SD, frame.size_rel_sd), f"{ASSUMED}: {said}")
+        else:
+            yield Candidate(f_px, math.hypot(_EQUIVALENT_SD, frame.size_rel_sd), f"{origin}: {said}")
     elif request.sensor_mm is not None:
         focal_mm = request.focal_mm or photo.metadata.focal_mm
         if focal_mm is not None:
-            origin = "focal length" if request.focal_mm else "EXIF focal length"
-            yield _from_sensor(focal_mm * _zoom(photo), request.sensor_mm, frame, f"user: {origin} and sensor size")
+            what = "focal length" if request.focal_mm else "EXIF focal length"
+            yield _from_sensor(focal_mm * _zoom(photo), request.sensor_mm, frame, f"{origin}: {what} and sensor size")
     elif request.focal_mm is not None:
-        yield from _from_body(photo, request.focal_mm, frame, "user: focal length")
+        yield from _from_body(photo, request.focal_mm, frame, f"{origin}: focal length")
 
 
 def _recorded(photo: Photo, frame: Frame) -> Iterator[Candidate]:
@@ -210,9 +264,9 @@ def _weigh(photo: Photo, candidates: tuple[Candidate, ...], frame: Frame) -> tup
     return replace(chosen, rel_sd=sd), frame, doubts
 
 
-def _what_is_missing(photo: Photo, request: FocalRequest) -> str:
+def _what_is_missing(photo: Photo, stated_mm: float | None) -> str:
     metadata = photo.metadata
-    focal_mm = request.focal_mm or metadata.focal_mm
+    focal_mm = stated_mm or metadata.focal_mm
     if focal_mm is not None:
         camera = metadata.model or "the camera, which the photo does not name,"
         return (

@@ -145,6 +145,7 @@ def _camera_to_dict(estimate: CameraEstimate) -> dict[str, Any]:
         "candidates": [asdict(c) for c in estimate.candidates],
         "flags": list(estimate.flags),
         "reason": estimate.reason,
+        "lens": estimate.lens,
     }
 
 
@@ -155,6 +156,7 @@ def _camera_from_dict(fields: Mapping[str, Any]) -> CameraEstimate:
         tuple(Candidate(**c) for c in fields["candidates"]),
         tuple(fields["flags"]),
         fields["reason"],
+        fields.get("lens"),
     )
 
 
