@@ -22,13 +22,14 @@ FloatArray = NDArray[np.float64]
 ZONES = ("intimate", "personal", "social", "public")
 ZONE_LIMITS_M = (0.457, 1.219, 3.658)
 
-#: The central share that `low_m` and `high_m` enclose.
+#: The share that `low_m` and `high_m` enclose.
 LEVEL = 0.9
 
 #: Bertoni et al. 2021 (T-ITS): people beyond this are not a group; radii of the transactional segments tried.
 GROUP_REACH_M, GROUP_RADII_M = 2.0, (0.3, 0.5, 1.0)
 
 _DRAWS = 512
+_GOLDEN, _SILVER = (math.sqrt(5) - 1) / 2, math.sqrt(2) - 1
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,7 +37,7 @@ class Distances:
     """All pairs of P people; every array is symmetric with NaN on the diagonal and for who could not be placed.
 
     distance_m: shape (P, P), on the ground plane where gravity is known, else in space (`on_ground` says which).
-    low_m, high_m: shape (P, P), the central 90 % of `distance_m`. distance_3d_m: shape (P, P), in space.
+    low_m, high_m: shape (P, P), the 90 % interval of `distance_m`. distance_3d_m: shape (P, P), in space.
     zone_probability: shape (P, P, 4), in the order of `ZONES`. group_probability: shape (P, P), that two people face
     each other as an F-formation; NaN where a heading is unknown.
     """
@@ -89,8 +90,10 @@ def ground_frame(up: FloatArray | None) -> FloatArray:
 def measure_distances(bodies: Bodies) -> Distances:
     """Return all pairs' distances with intervals from the joint covariance and every mode of `bodies`.
 
-    Each interval is the central 90 % of the distance between two Gaussians (of each mode, by its weight), taken from
-    a fixed symmetric set of points: the answer depends on the pair alone, and is the same on every run.
+    Each interval is the shortest that holds 90 % of the distance between two Gaussians (of each mode, by its weight),
+    taken from a fixed symmetric set of points: it depends on the pair alone, and is the same on every run. Far apart
+    that is the central 90 %. Side by side it is not: any error in depth only ever adds distance there, and a central
+    interval would leave out the shortest distances, which are the likeliest.
     """
     count = len(bodies)
     plane = ground_frame(bodies.up)[:2] if bodies.up is not None else np.eye(3)
@@ -104,7 +107,7 @@ def measure_distances(bodies: Bodies) -> Distances:
         distance[a, b] = np.linalg.norm(gap @ plane.T, axis=-1)
         spatial[a, b] = np.linalg.norm(gap, axis=-1)
         lengths, weights = _draw_lengths(bodies, a, b, plane)
-        low[a, b], high[a, b] = _quantiles(lengths, weights, ((1 - LEVEL) / 2, (1 + LEVEL) / 2))
+        low[a, b], high[a, b] = _shortest_intervals(lengths, weights)
         edges = np.searchsorted(ZONE_LIMITS_M, lengths, side="right")
         for k in range(len(ZONES)):
             zones[a, b, k] = ((edges == k) * weights).sum(axis=1)
@@ -115,13 +118,22 @@ def measure_distances(bodies: Bodies) -> Distances:
 
 @functools.cache
 def _standard_normal(dimension: int) -> FloatArray:
-    """Return fixed standard normal points of shape (_DRAWS, dimension) with exactly unit covariance.
+    """Return fixed standard normal points of shape (_DRAWS, dimension), spread evenly, with exactly unit covariance.
 
     They are symmetric in every axis, so that neither the order of two people nor a mirrored photo changes a quantile.
     """
     signs = np.array(list(itertools.product((1.0, -1.0), repeat=dimension)))
-    orthant = np.abs(np.random.default_rng(20210306).standard_normal((_DRAWS // len(signs), dimension)))
-    points = (orthant[:, None] * signs).reshape(-1, dimension)
+    count, pairs = _DRAWS // len(signs), (dimension + 1) // 2
+    index = np.arange(count)
+    # Radii are the quantiles of the Rayleigh distribution, every pair of axes in an order of its own; angles follow
+    # the golden ratio within a quarter turn.
+    columns: list[FloatArray] = []
+    for k in range(pairs):
+        order = np.argsort((index * _SILVER) % 1.0) if k else index
+        radius = np.sqrt(-2 * np.log((order + 0.5) / count))
+        angle = ((index * _GOLDEN * (k + 1)) % 1.0) * np.pi / 2
+        columns += [radius * np.cos(angle), radius * np.sin(angle)]
+    points = (np.abs(np.stack(columns[:dimension], axis=1))[:, None] * signs).reshape(-1, dimension)
     return points / np.sqrt((points**2).mean(axis=0))
 
 
@@ -151,12 +163,19 @@ def _draw_lengths(
     return np.concatenate(lengths, axis=1), np.concatenate(weights)
 
 
-def _quantiles(values: FloatArray, weights: FloatArray, levels: tuple[float, ...]) -> list[FloatArray]:
-    """Return weighted quantiles of each row of `values` (n, draws), interpolated between the draws."""
+def _shortest_intervals(values: FloatArray, weights: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the shortest interval that holds `LEVEL` of each row of `values` (n, draws), by the draws' weights."""
     order = values.argsort(axis=1)
     ordered = np.take_along_axis(values, order, axis=1)
-    middle = np.cumsum(weights[order], axis=1) - weights[order] / 2
-    return [np.array([np.interp(level, m, v) for m, v in zip(middle, ordered, strict=True)]) for level in levels]
+    share = weights[order]
+    below = np.cumsum(share, axis=1) - share  # of the weight before each draw
+    upper = np.array(
+        [np.interp(b + LEVEL, b + s / 2, v) for b, s, v in zip(below, share, ordered, strict=True)]
+    ).reshape(values.shape)
+    width = np.where(below + LEVEL <= 1 + 1e-12, upper - ordered, np.inf)
+    best = width.argmin(axis=1)[:, None]
+    low, high = (np.take_along_axis(edge, best, axis=1)[:, 0] for edge in (ordered, upper))
+    return low, high
 
 
 def _group_probability(bodies: Bodies) -> FloatArray:

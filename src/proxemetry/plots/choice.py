@@ -92,7 +92,7 @@ def footnote(scene: Scene, shown: list[tuple[int, int]]) -> str:
     known = scene.distances.below(math.inf)
     which = "all pairs" if len(shown) == known else f"nearest neighbours, {len(shown)} of {known} pairs"
     kind = "along the ground" if scene.distances.on_ground else "in space (gravity unknown)"
-    words = [f"Lines: {which}. Distance between body centres {kind} [central 90 % interval]."]
+    words = [f"Lines: {which}. Distance between body centres {kind} [90 % interval]."]
     reasons: dict[str, list[str]] = {}
     for person, reason in enumerate(scene.bodies.reasons):
         if reason:
