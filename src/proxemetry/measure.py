@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any, cast
@@ -43,6 +43,21 @@ class Settings:
     def to_dict(self) -> dict[str, Any]:
         """Return the settings as JSON values."""
         return _plain(asdict(self))
+
+    @classmethod
+    def from_dict(cls, fields: Mapping[str, Any], method: str | None = None) -> Settings:
+        """Return the settings that `to_dict` described; what it does not name is the default, `method` for its own."""
+        locate, focal = dict(fields.get("locate") or {}), dict(fields.get("focal") or {})
+        for name in ("off_floor", "quirks"):
+            locate[name] = frozenset(locate.get(name) or ())
+        for part, name in ((locate, "body_sizes"), (focal, "sensor_mm")):
+            part[name] = None if part.get(name) is None else tuple(part[name])
+        return cls(
+            fields.get("method") or method or DEFAULT_METHOD,
+            LocateSettings(**locate),
+            FocalRequest(**focal),
+            fields.get("undistort", True),
+        )
 
 
 def _plain(value: Any) -> Any:

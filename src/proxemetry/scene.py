@@ -27,8 +27,8 @@ FloatArray = NDArray[np.float64]
 #: Name and version of the JSON form; the version changes when the meaning of a field does.
 SCHEMA = "proxemetry.scene/1"
 
-#: A photo's fate: measured (by however many people), no camera known, or not readable.
-STATUSES = ("ok", "no_camera", "failed")
+#: A photo's fate: measured (by however many people), no camera known, not readable, or excluded by a reviewer.
+STATUSES = ("ok", "no_camera", "failed", "excluded")
 
 _DIGITS = 7
 

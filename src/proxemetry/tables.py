@@ -57,6 +57,10 @@ def _about(key: str) -> Callable[[Scene], Value]:
     return lambda s: s.about.get(key)
 
 
+def _corrections(scene: Scene) -> Value:
+    return int(scene.about.get("corrections", 0))
+
+
 def _floor(attribute: str, scale: float = 1.0) -> Callable[[Scene], Value]:
     return lambda s: None if s.bodies.floor is None else getattr(s.bodies.floor, attribute) * scale
 
@@ -66,7 +70,7 @@ _DEGREES = 180 / math.pi
 _PHOTOS = (
     Column("photo", "VARCHAR", "", "path of the photo, relative to the folder named", lambda s: s.photo),
     Column("sha256", "VARCHAR", "", "SHA-256 of the file", lambda s: s.sha256),
-    Column("status", "VARCHAR", "", "ok, no_camera (people without distances) or failed", lambda s: s.status),
+    Column("status", "VARCHAR", "", "ok, no_camera (people without distances), failed or excluded", lambda s: s.status),
     Column("reason", "VARCHAR", "", "why the status is not ok, and what to do", lambda s: s.reason),
     Column("width_px", "INTEGER", "px", "width of the upright photo", lambda s: s.width_px),
     Column("height_px", "INTEGER", "px", "height of the upright photo", lambda s: s.height_px),
@@ -83,6 +87,8 @@ _PHOTOS = (
     Column("country", "VARCHAR", "", "country (its metadata)", _about("country")),
     Column("city", "VARCHAR", "", "city (its metadata)", _about("city")),
     Column("source", "VARCHAR", "", "agency or source (its metadata)", _about("source")),
+    Column("corrections", "INTEGER", "", "corrections made by hand that are in these numbers", _corrections),
+    Column("note", "VARCHAR", "", "a reviewer's remark", _about("note")),
 )
 
 
