@@ -1,0 +1,67 @@
+"""Drawings of scores; the one place of the benchmark that needs matplotlib."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..errors import SettingsError
+from .image_score import relative_errors
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from .scores import Score
+    from .tables import Table
+
+
+def _figure(width: float, height: float) -> Figure:
+    try:
+        from matplotlib.figure import Figure
+    except ImportError as error:
+        raise SettingsError("drawing needs matplotlib: install proxemetry[plot]") from error
+    return Figure(figsize=(width, height), layout="constrained")
+
+
+def plot_score(score: Score) -> Figure:
+    """Draw estimated over true distance, and the error over the true distance (Seker et al. 2021, figure 7)."""
+    none = np.zeros(0)
+    true = np.concatenate([none, *(image.true_mm for image in score.images)]) / 1000
+    estimated = np.concatenate([none, *(image.estimated_mm for image in score.images)]) / 1000
+    figure = _figure(10, 4.5)
+    left, right = figure.subplots(1, 2)
+    reach = float(max(true.max(initial=1.0), np.quantile(estimated, 0.99) if len(estimated) else 1.0))
+    left.plot([0, reach], [0, reach], color="0.6", linewidth=1)
+    left.scatter(true, estimated, s=8, alpha=0.5)
+    left.set(xlabel="true distance (m)", ylabel="estimated distance (m)", xlim=(0, reach), ylim=(0, reach))
+    right.scatter(true, relative_errors(estimated, true), s=8, alpha=0.3)
+    bins = [b for b in score.overall.by_distance if b.n_pairs]
+    middles = [(b.low_mm + min(b.high_mm, b.low_mm + 1000)) / 2000 for b in bins]
+    right.plot(middles, [b.error_pct_mean for b in bins], marker="o", color="black", label="mean")
+    right.plot(middles, [b.error_pct_median for b in bins], marker="s", color="tab:red", label="median")
+    right.axhline(score.overall.baseline_constant_pct, color="0.6", linestyle="--", label="one answer for all pairs")
+    right.set(xlabel="true distance (m)", ylabel="error (%)", ylim=(0, 100))
+    right.legend()
+    figure.suptitle(score.caption, fontsize=8, wrap=True)
+    return figure
+
+
+def plot_table(table: Table) -> Figure:
+    """Draw the errors of a table's methods by row, the published figures as hollow markers."""
+    figure = _figure(8, 4.5)
+    axes = figure.subplots()
+    positions = np.arange(len(table.rows))
+    for k, method in enumerate(table.methods):
+        colour = f"C{k % 10}"
+        ours = [row.cells[method].value for row in table.rows]
+        published = [row.cells[method].published_value for row in table.rows]
+        axes.plot(positions, ours, marker="o", color=colour, label=f"{method}")
+        if np.isfinite(published).any():
+            axes.plot(positions, published, marker="o", markerfacecolor="none", linestyle=":", color=colour,
+                      label=f"{method}, published")  # fmt: skip
+    axes.set_xticks(positions, [row.name for row in table.rows])
+    axes.set(xlabel=table.row_header, ylabel=table.quantity)
+    axes.legend(fontsize=8)
+    figure.suptitle(table.caption, fontsize=8, wrap=True)
+    return figure

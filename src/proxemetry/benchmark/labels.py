@@ -1,0 +1,241 @@
+"""The truth of a benchmark: three header-less CSV files, as the KORTE benchmark's authors publish them.
+
+`body_pixel_locations.csv` has person,part,x,y,filename,width,height (pixels of the full-size photo),
+`ground_truth_locations.csv` shoot,tag,x,y,z (millimetres; tags P* are people, C* cameras; y is up, 0 on the ground)
+and `camera_locations_photoshoot_identifiers.csv` shoot,camera,filename (Seker et al. 2021, section 3.2). Two more may
+lie beside them: `settings.csv` (shoot,setting with a header) names the shoots, and `focal_lengths_recovered.csv` or
+`focal_lengths.csv` (a header with filename and focal_length_mm) gives each photo's lens.
+"""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import LabelsError
+from ..skeleton import PARTS
+from .errata import Erratum, load_errata
+
+FloatArray = NDArray[np.float64]
+
+BODY_FILE = "body_pixel_locations.csv"
+TRUTH_FILE = "ground_truth_locations.csv"
+PHOTOS_FILE = "camera_locations_photoshoot_identifiers.csv"
+SETTINGS_FILE = "settings.csv"
+FOCAL_FILES = ("focal_lengths.csv", "focal_lengths_recovered.csv")
+
+#: The paper's names for KORTE's two shoots.
+KORTE_SETTINGS = {"0": "outdoor", "1": "indoor"}
+
+
+@dataclass(frozen=True)
+class Mark:
+    """One annotated point: whose, of which part, where in pixels, in the order of the file."""
+
+    tag: str
+    part: str
+    x: float
+    y: float
+
+
+@dataclass(frozen=True, eq=False)
+class LabelImage:
+    """One photo's truth: P annotated people.
+
+    marks: every annotated point in the file's order. tags: the people, in order of first mention. parts_px: shape
+    (P, 4, 2) in the order of `skeleton.PARTS`, NaN where not annotated. positions_mm: shape (P, 3). places_mm: tag ->
+    position of everybody in the shoot, seen here or not. focal_mm: NaN where no file gives it.
+    """
+
+    filename: str
+    width: int
+    height: int
+    shoot: str
+    camera: str
+    setting: str
+    focal_mm: float
+    marks: tuple[Mark, ...]
+    tags: tuple[str, ...]
+    parts_px: FloatArray
+    positions_mm: FloatArray
+    places_mm: dict[str, tuple[float, float, float]]
+
+    def __len__(self) -> int:
+        return len(self.tags)
+
+    @property
+    def n_pairs(self) -> int:
+        """How many pairs of annotated people there are."""
+        return len(self) * (len(self) - 1) // 2
+
+    def distances_mm(self, ground: bool) -> FloatArray:
+        """Shape (P, P): true distances, along the ground plane or in space."""
+        places = self.positions_mm[:, [0, 2]] if ground else self.positions_mm
+        return np.linalg.norm(places[:, None] - places[None], axis=-1)
+
+
+@dataclass(frozen=True, eq=False)
+class Labels:
+    """All photos of a benchmark. errata: the corrections applied, empty for the labels as published."""
+
+    images: tuple[LabelImage, ...]
+    source: str
+    errata: tuple[Erratum, ...] = ()
+    by_name: dict[str, LabelImage] = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "by_name", {image.filename: image for image in self.images})
+
+    def __len__(self) -> int:
+        return len(self.images)
+
+    def __iter__(self) -> Iterator[LabelImage]:
+        return iter(self.images)
+
+    @property
+    def description(self) -> str:
+        """How results name these labels."""
+        return f"with errata ({len(self.errata)} corrections)" if self.errata else "as published"
+
+
+def read_labels(folder: str | Path, errata: bool = True) -> Labels:
+    """Read a labels folder; with `errata` the known mistakes of the published KORTE labels are put right.
+
+    Raises LabelsError naming file and line where the files cannot be used; `check_labels` lists every fault at once.
+    """
+    folder = Path(folder)
+    truth = _read_truth(folder)
+    photos = {row[2]: (row[0], row[1]) for _, row in _rows(folder / PHOTOS_FILE, 3)}
+    marks: dict[str, list[Mark]] = {}
+    sizes: dict[str, tuple[int, int]] = {}
+    for line, row in _rows(folder / BODY_FILE, 7):
+        tag, part, x, y, filename, width, height = row
+        where = f"{folder / BODY_FILE}:{line}"
+        if part not in PARTS:
+            raise LabelsError(f"{where}: part {part!r} is unknown: use one of {', '.join(PARTS)}")
+        marks.setdefault(filename, []).append(Mark(tag, part, _number(x, where), _number(y, where)))
+        sizes[filename] = (int(_number(width, where)), int(_number(height, where)))
+    corrections = _applicable(load_errata(), marks)
+    applied = corrections if errata else ()
+    names = _settings(folder, korte=bool(corrections))
+    focal = _focal_lengths(folder)
+    images: list[LabelImage] = []
+    for filename, points in marks.items():
+        if filename not in photos:
+            raise LabelsError(f"{folder / PHOTOS_FILE}: no row for photo {filename}, which {BODY_FILE} annotates")
+        shoot, camera = photos[filename]
+        corrected = _corrected(points, [e for e in applied if e.filename == filename])
+        setting = names.get(shoot, f"shoot {shoot}")
+        people = _People(shoot, corrected, truth.get(shoot, {}))
+        images.append(
+            _image(filename, sizes[filename], camera, setting, focal.get(filename, float("nan")), people, folder)
+        )
+    return Labels(tuple(images), str(folder), applied)
+
+
+@dataclass(frozen=True)
+class _People:
+    """What the files say of the people of one photo: their points, and where everybody of the shoot is."""
+
+    shoot: str
+    marks: tuple[Mark, ...]
+    places_mm: dict[str, tuple[float, float, float]]
+
+
+def _image(
+    filename: str, size: tuple[int, int], camera: str, setting: str, focal_mm: float, people: _People, folder: Path
+) -> LabelImage:
+    shoot, marks, places = people.shoot, people.marks, people.places_mm
+    tags = tuple(dict.fromkeys(mark.tag for mark in marks))
+    for tag in tags:
+        if tag not in places:
+            raise LabelsError(
+                f"{folder / TRUTH_FILE}: shoot {shoot} has no {tag}, whom {BODY_FILE} shows in {filename}"
+            )
+    parts = np.full((len(tags), len(PARTS), 2), np.nan)
+    for mark in marks:
+        parts[tags.index(mark.tag), PARTS.index(mark.part)] = mark.x, mark.y
+    positions = np.array([places[tag] for tag in tags], dtype=float).reshape(-1, 3)
+    return LabelImage(filename, *size, shoot, camera, setting, focal_mm, marks, tags, parts, positions, places)
+
+
+def _applicable(errata: tuple[Erratum, ...], marks: dict[str, list[Mark]]) -> tuple[Erratum, ...]:
+    """Return the errata whose wrong rows are there: labels already put right, or of other photos, have none."""
+    return tuple(e for e in errata if any(e.concerns(m.tag, m.part, m.x, m.y) for m in marks.get(e.filename, ())))
+
+
+def _corrected(marks: list[Mark], errata: list[Erratum]) -> tuple[Mark, ...]:
+    answer: list[Mark] = []
+    for mark in marks:
+        owner = next((e.belongs_to for e in errata if e.concerns(mark.tag, mark.part, mark.x, mark.y)), mark.tag)
+        answer.append(Mark(owner, mark.part, mark.x, mark.y))
+    return tuple(answer)
+
+
+def _rows(path: Path, columns: int) -> Iterator[tuple[int, list[str]]]:
+    """Yield (line number, fields) of a header-less CSV file."""
+    for line, row in enumerate(csv.reader(_text(path).splitlines()), start=1):
+        if not row:
+            continue
+        if len(row) != columns:
+            raise LabelsError(f"{path}:{line}: {len(row)} columns where {columns} are expected")
+        yield line, row
+
+
+def _text(path: Path) -> str:
+    try:
+        return path.read_text(encoding="utf-8-sig")
+    except FileNotFoundError as error:
+        needed = f"a labels folder holds {BODY_FILE}, {TRUTH_FILE} and {PHOTOS_FILE}"
+        raise LabelsError(f"{path}: no such file; {needed}") from error
+    except (OSError, UnicodeDecodeError) as error:
+        raise LabelsError(f"{path}: cannot be read as text ({error})") from error
+
+
+def _number(text: str, where: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = float("nan")
+    if not np.isfinite(value):
+        raise LabelsError(f"{where}: {text!r} where a number is expected")
+    return value
+
+
+def _read_truth(folder: Path) -> dict[str, dict[str, tuple[float, float, float]]]:
+    """Return shoot -> tag -> position in millimetres, people only."""
+    truth: dict[str, dict[str, tuple[float, float, float]]] = {}
+    for line, (shoot, tag, *xyz) in _rows(folder / TRUTH_FILE, 5):
+        where = f"{folder / TRUTH_FILE}:{line}"
+        x, y, z = (_number(value, where) for value in xyz)
+        if tag.startswith("P"):
+            truth.setdefault(shoot, {})[tag] = (x, y, z)
+    return truth
+
+
+def _settings(folder: Path, korte: bool) -> dict[str, str]:
+    path = folder / SETTINGS_FILE
+    if not path.exists():
+        return KORTE_SETTINGS if korte else {}
+    return {row["shoot"]: row["setting"] for row in _table(path, ("shoot", "setting"))}
+
+
+def _focal_lengths(folder: Path) -> dict[str, float]:
+    for path in (folder / name for name in FOCAL_FILES):
+        if path.exists():
+            rows = _table(path, ("filename", "focal_length_mm"))
+            return {row["filename"]: _number(row["focal_length_mm"], str(path)) for row in rows}
+    return {}
+
+
+def _table(path: Path, columns: tuple[str, ...]) -> list[dict[str, str]]:
+    rows = list(csv.DictReader(_text(path).splitlines()))
+    for name in columns:
+        if any(row.get(name) is None for row in rows):
+            raise LabelsError(f"{path}: every row needs the columns {', '.join(columns)}")
+    return rows

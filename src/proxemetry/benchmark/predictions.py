@@ -1,0 +1,251 @@
+"""What a method answers, in the form that any method can write: the prediction file (JSON).
+
+    {"images": [{"filename": "IMG_1.JPG", "width": 4160, "height": 2768,
+                 "people": [{"position_mm": [x, y, z], "points": {"Shoulder": [u, v], "Torso": [u, v]}}],
+                 "up": [x, y, z], "distances_mm": [[i, j, d], ...], "intervals_mm": [[i, j, low, high], ...]}]}
+
+`points` holds at least one of Eyes, Shoulder, Torso and Head in pixels of an image of `width` x `height`. An image
+carries positions, or distances between people counted from 0, or both; `up` is against gravity in the positions'
+frame; intervals enclose 90 %. Null is missing.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import LabelsError, OutputError
+from ..skeleton import PARTS
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Prediction:
+    """One photo's answer for P people.
+
+    width, height: of the image that the points are in, None for the label's own size. points_px: shape (P, 4, 2) in
+    the order of `skeleton.PARTS`, NaN where not given. positions_mm: shape (P, 3), NaN rows where not given.
+    distances_mm: shape (P, P), NaN where not given, or None where the image gives positions alone. low_mm, high_mm:
+    shape (P, P), NaN where not given. up: unit vector, None where the camera's own (0, -1, 0) is meant.
+    """
+
+    filename: str
+    width: float | None
+    height: float | None
+    points_px: FloatArray
+    positions_mm: FloatArray
+    distances_mm: FloatArray | None
+    low_mm: FloatArray
+    high_mm: FloatArray
+    up: FloatArray | None = None
+
+    @classmethod
+    def nobody(cls, filename: str) -> Prediction:
+        """Return the answer that there is nobody."""
+        none = np.zeros((0, 0))
+        return cls(filename, None, None, np.zeros((0, len(PARTS), 2)), np.zeros((0, 3)), None, none, none)
+
+    def __len__(self) -> int:
+        return len(self.points_px)
+
+    @property
+    def has_positions(self) -> bool:
+        """Whether anybody has a position."""
+        return bool(np.isfinite(self.positions_mm).all(axis=1).any())
+
+    def points_at(self, width: int, height: int) -> FloatArray:
+        """Return the points in pixels of the same photo at another size."""
+        return self.points_px * (width / (self.width or width), height / (self.height or height))
+
+    def ground_distances_mm(self) -> FloatArray:
+        """Shape (P, P): distances along the ground: those given, else between positions with `up` taken out."""
+        if self.distances_mm is not None:
+            return self.distances_mm
+        up = np.array([0.0, -1.0, 0.0]) if self.up is None else self.up
+        flat = self.positions_mm - np.outer(self.positions_mm @ up, up)
+        return np.linalg.norm(flat[:, None] - flat[None], axis=-1)
+
+    def spatial_distances_mm(self) -> FloatArray:
+        """Shape (P, P): distances in space between positions; those given where there are no positions."""
+        if self.distances_mm is not None and not self.has_positions:
+            return self.distances_mm
+        return np.linalg.norm(self.positions_mm[:, None] - self.positions_mm[None], axis=-1)
+
+
+@dataclass(frozen=True, eq=False)
+class Predictions:
+    """All answers of a method. Photos are found by their name, however a path or its case is spelled."""
+
+    images: tuple[Prediction, ...]
+    source: str
+    _by_key: dict[str, list[Prediction]] = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        index: dict[str, list[Prediction]] = {}
+        for image in self.images:
+            for key in _keys(image.filename):
+                index.setdefault(key, []).append(image)
+        names = [image.filename for image in self.images]
+        if len(set(names)) < len(names):
+            twice = next(name for k, name in enumerate(names) if name in names[:k])
+            raise LabelsError(f"{self.source}: photo {twice} is answered twice: give one answer a photo")
+        object.__setattr__(self, "_by_key", index)
+
+    def __iter__(self) -> Iterator[Prediction]:
+        return iter(self.images)
+
+    def named(self, filename: str) -> Prediction | None:
+        """Return the answer for a photo, None where there is none; raises LabelsError where two names would fit."""
+        for key in _keys(filename):
+            found = {id(image): image for image in self._by_key.get(key, ())}
+            exact = [image for image in found.values() if image.filename == filename]
+            if exact:
+                return exact[0]
+            if len(found) > 1:
+                names = " and ".join(sorted(image.filename for image in found.values()))
+                raise LabelsError(f"{self.source}: both {names} could be {filename}: name one of them exactly so")
+            if found:
+                return next(iter(found.values()))
+        return None
+
+
+def _keys(filename: str) -> tuple[str, ...]:
+    """The spellings under which a photo is looked for, the strictest first."""
+    base = filename.replace("\\", "/").rsplit("/", 1)[-1]
+    return tuple(dict.fromkeys((filename, base, base.lower())))
+
+
+def read_predictions(path: str | Path) -> Predictions:
+    """Read a prediction file, or the results folder of a run; raises LabelsError saying what is wrong and where."""
+    path = Path(path)
+    if path.is_dir():
+        from .results_folder import read_results_folder
+
+        return read_results_folder(path)
+    try:
+        content = json.loads(path.read_text(encoding="utf-8-sig"))
+    except FileNotFoundError as error:
+        raise LabelsError(f"{path}: no such prediction file or results folder") from error
+    except (OSError, ValueError) as error:
+        raise LabelsError(f"{path}: not a JSON prediction file ({error})") from error
+    images = _field(content, "images", list, str(path))
+    return Predictions(tuple(_image(image, f"{path}: image {k}") for k, image in enumerate(images)), str(path))
+
+
+def _image(content: Any, where: str) -> Prediction:
+    filename = _field(content, "filename", str, where)
+    where = f"{where} ({filename})"
+    people = _field(content, "people", list, where)
+    count = len(people)
+    points, positions = np.full((count, len(PARTS), 2), np.nan), np.full((count, 3), np.nan)
+    for k, person in enumerate(people):
+        here = f"{where}, person {k}"
+        for part, point in _field(person, "points", dict, here, {}).items():
+            if part not in PARTS:
+                raise LabelsError(f"{here}: part {part!r} is unknown: use some of {', '.join(PARTS)}")
+            points[k, PARTS.index(part)] = _vector(point, 2, f"{here}, {part}")
+        positions[k] = _vector(person.get("position_mm"), 3, f"{here}, position_mm")
+    distances = None
+    if content.get("distances_mm") is not None:
+        (distances,) = _pairs(_field(content, "distances_mm", list, where), count, 1, f"{where}, distances_mm")
+    low, high = _pairs(_field(content, "intervals_mm", list, where, []), count, 2, f"{where}, intervals_mm")
+    up = None
+    if content.get("up") is not None:
+        up = _vector(content["up"], 3, f"{where}, up")
+        if not np.linalg.norm(up) > 0:
+            raise LabelsError(f"{where}: up has no direction: give a vector against gravity or leave it out")
+        up = up / np.linalg.norm(up)
+    width, height = (_size(content, key, where) for key in ("width", "height"))
+    return Prediction(filename, width, height, points, positions, distances, low, high, up)
+
+
+def _field(content: Any, key: str, kind: type, where: str, default: Any = None) -> Any:
+    if not isinstance(content, Mapping):
+        raise LabelsError(f"{where}: an object with {key!r} is expected")
+    value = cast("Mapping[str, Any]", content).get(key)
+    value = default if value is None else value
+    if not isinstance(value, kind):
+        raise LabelsError(f"{where}: {key!r} must be a {kind.__name__}, not {json.dumps(value)[:40]}")
+    return value
+
+
+def _size(content: Any, key: str, where: str) -> float | None:
+    value = content.get(key)
+    if value is None:
+        return None
+    if not _is_number(value) or value <= 0:
+        raise LabelsError(f"{where}: {key} must be a positive number of pixels, not {json.dumps(value)[:40]}")
+    return float(value)
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+
+
+def _vector(value: Any, length: int, where: str) -> FloatArray:
+    """Return a list of numbers; NaN for a null, or for a list with nulls in it."""
+    if value is None:
+        return np.full(length, np.nan)
+    if not isinstance(value, list) or len(value) != length:  # pyright: ignore[reportUnknownArgumentType]
+        raise LabelsError(f"{where}: {length} numbers are expected, not {json.dumps(value)[:40]}")
+    items = cast("list[Any]", value)
+    if not all(item is None or _is_number(item) for item in items):
+        raise LabelsError(f"{where}: {length} numbers are expected, not {json.dumps(value)[:40]}")
+    if any(item is None for item in items):
+        return np.full(length, np.nan)
+    return np.array(items, dtype=float)
+
+
+def _pairs(rows: Any, count: int, values: int, where: str) -> list[FloatArray]:
+    """Return symmetric matrices (count, count) from rows [i, j, value...]."""
+    matrices = [np.full((count, count), np.nan) for _ in range(values)]
+    for k, row in enumerate(rows):
+        if not isinstance(row, list) or len(cast("list[Any]", row)) != 2 + values:
+            raise LabelsError(f"{where}, row {k}: {2 + values} numbers are expected, not {json.dumps(row)[:40]}")
+        i, j, *numbers = cast("list[Any]", row)
+        if not all(isinstance(n, int) and 0 <= n < count for n in (i, j)) or i == j:
+            raise LabelsError(f"{where}, row {k}: two different people from 0 to {count - 1} are expected")
+        for matrix, number in zip(matrices, _vector(numbers, values, f"{where}, row {k}"), strict=True):
+            matrix[i, j] = matrix[j, i] = number
+    return matrices
+
+
+def write_predictions(path: str | Path, images: Iterable[Prediction]) -> None:
+    """Write a prediction file that `read_predictions` reads; raises OutputError where it cannot be written."""
+    text = json.dumps({"images": [_to_dict(image) for image in images]}, allow_nan=False)
+    try:
+        Path(path).write_text(text + "\n", encoding="utf-8")
+    except OSError as error:
+        raise OutputError(f"{path}: cannot be written ({error})") from error
+
+
+def _to_dict(image: Prediction) -> dict[str, Any]:
+    people: list[dict[str, Any]] = []
+    for points, position in zip(image.points_px, image.positions_mm, strict=True):
+        given = {p: [float(v) for v in uv] for p, uv in zip(PARTS, points, strict=True) if np.isfinite(uv).all()}
+        placed = [float(v) for v in position] if np.isfinite(position).all() else None
+        people.append({"position_mm": placed, "points": given})
+    content: dict[str, Any] = {"filename": image.filename, "people": people}
+    content |= {k: v for k, v in (("width", image.width), ("height", image.height)) if v is not None}
+    if image.up is not None:
+        content["up"] = [float(v) for v in image.up]
+    if image.distances_mm is not None:
+        content["distances_mm"] = _rows([image.distances_mm])
+    intervals = _rows([image.low_mm, image.high_mm])
+    return content | ({"intervals_mm": intervals} if intervals else {})
+
+
+def _rows(matrices: list[FloatArray]) -> list[list[float]]:
+    count = len(matrices[0])
+    pairs = [(i, j) for i in range(count) for j in range(i + 1, count)]
+    return [
+        [i, j, *(float(m[i, j]) for m in matrices)] for i, j in pairs if all(np.isfinite(m[i, j]) for m in matrices)
+    ]

@@ -1,0 +1,84 @@
+"""A score as a page of text for a terminal."""
+
+from __future__ import annotations
+
+import math
+
+from ..distances import ZONES
+from .metrics import Summary
+from .scores import Score
+
+
+def to_text(score: Score) -> str:
+    """Return the whole score as tables, the caption first, the constant answer's figure beside every error."""
+    overall = score.overall
+    lines = [score.caption, "", *_overall(score), "", *_groups(score), "", *_by_distance(overall)]
+    lines += ["", *_zones(overall)]
+    lines += ["", "F1 of 'nearer than': " + ", ".join(f"{t} m {_number(v)}" for t, v in overall.f1.items())]
+    return "\n".join(lines) + "\n"
+
+
+def _overall(score: Score) -> list[str]:
+    o, averaged = score.overall, "photos" if score.protocol == "seker2021" else "people"
+    rows = [
+        ("pair error, mean over photos", o.pair_error_pct_mean_over_images, "%", "pair_error_pct_mean_over_images"),
+        ("  answering 1.70 m for every pair", o.baseline_constant_pct, "%", ""),
+        ("pair error, mean over pairs", o.pair_error_pct_mean_over_pairs, "%", "pair_error_pct_mean_over_pairs"),
+        ("pair error, median over pairs", o.pair_error_pct_median_over_pairs, "%", "pair_error_pct_median_over_pairs"),
+        ("pair error in space, mean over photos", o.pair_error_3d_pct_mean_over_images, "%", ""),
+        ("signed bias, mean over pairs", o.signed_bias_pct, "%", "signed_bias_pct"),
+        ("|ln(estimated/true)|, mean over pairs", o.log_ratio_abs_mean, "", ""),
+        (f"detection rate, over {averaged}", o.detection_rate * 100, "%", "detection_rate"),
+        (f"false discovery rate, over {averaged}", o.false_discovery_rate * 100, "%", "false_discovery_rate"),
+        ("pairs scored of those annotated", o.pair_recall * 100, "%", "pair_recall"),
+        (f"coverage of 90 % intervals ({o.n_intervals} pairs)", o.coverage_90 * 100, "%", "coverage_90"),
+        ("mean width of the intervals", o.interval_width_mm_mean / 1000, "m", ""),
+    ]
+    shares = ("detection_rate", "false_discovery_rate", "pair_recall", "coverage_90")
+    lines: list[str] = []
+    for name, value, unit, key in rows:
+        if not math.isfinite(value):
+            continue
+        low, high = (bound * (100 if key in shares else 1) for bound in o.ci95.get(key, (math.nan, math.nan)))
+        interval = f"  [{low:.1f}, {high:.1f}]" if math.isfinite(low) else ""
+        lines.append(f"{name:<42}{value:>8.2f} {unit:<2}{interval}".rstrip())
+    return [*lines, "(in brackets: 95 % bootstrap intervals over photos)"]
+
+
+def _groups(score: Score) -> list[str]:
+    lines = [
+        f"{'group':<22}{'photos':>7}{'unscored':>9}{'error %':>9}{'1.70 m %':>9}{'bias %':>8}{'found':>7}{'false':>7}"
+    ]
+    for group in score.groups:
+        s = group.summary
+        name = f"{group.name} mm" if group.by == "focal_mm" else group.name
+        lines.append(
+            f"{name:<22}{s.n_images:>7}{s.n_unscored:>9}{_number(s.pair_error_pct_mean_over_images):>9}"
+            f"{_number(s.baseline_constant_pct):>9}{_number(s.signed_bias_pct):>8}{_number(s.detection_rate):>7}"
+            f"{_number(s.false_discovery_rate):>7}"
+        )
+    return lines
+
+
+def _by_distance(summary: Summary) -> list[str]:
+    lines = [f"{'true distance':<22}{'pairs':>7}{'mean %':>9}{'median %':>9}{'bias %':>8}"]
+    for b in summary.by_distance:
+        if b.n_pairs:
+            name = f"{b.low_mm / 1000:g} to {b.high_mm / 1000:g} m" if math.isfinite(b.high_mm) else (
+                f"{b.low_mm / 1000:g} m and more")  # fmt: skip
+            lines.append(
+                f"{name:<22}{b.n_pairs:>7}{b.error_pct_mean:>9.2f}{b.error_pct_median:>9.2f}{b.bias_pct:>8.2f}"
+            )
+    return lines
+
+
+def _zones(summary: Summary) -> list[str]:
+    lines = [f"{'true zone, answered:':<22}" + "".join(f"{zone:>10}" for zone in ZONES)]
+    for zone, row in zip(ZONES, summary.confusion, strict=True):
+        if sum(row):
+            lines.append(f"{zone:<22}" + "".join(f"{count:>10}" for count in row))
+    return lines
+
+
+def _number(value: float) -> str:
+    return f"{value:.2f}" if math.isfinite(value) else "-"

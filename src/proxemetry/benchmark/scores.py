@@ -1,0 +1,162 @@
+"""The score of a method: protocol, labels, every photo, the whole and its groups."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import math
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ..errors import SettingsError
+from . import seker2021, v1
+from .image_score import ImageScore
+from .labels import LabelImage, Labels, read_labels
+from .metrics import Summary, summarise
+from .predictions import Predictions, read_predictions
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+@dataclass(frozen=True)
+class Protocol:
+    """How photos are scored: on which labels, by which function, and how rates are averaged."""
+
+    name: str
+    errata: bool
+    score_image: Callable[..., ImageScore]
+    rates_over_images: bool
+    about: str
+
+
+PROTOCOLS = {
+    "v1": Protocol("v1", True, v1.score_image, False, "one-to-one matching, ground distances"),
+    "seker2021": Protocol("seker2021", False, seker2021.score_image, True, "as published, peculiarities included"),
+}
+DEFAULT_PROTOCOL = "v1"
+
+
+@dataclass(frozen=True, eq=False)
+class Group:
+    """The photos that share a focal length, a setting or a camera; `by` says which."""
+
+    by: str
+    name: str
+    summary: Summary
+
+
+@dataclass(frozen=True, eq=False)
+class Score:
+    """What a method scores on a set of labels under a protocol. n_extra: answered photos that have no labels."""
+
+    protocol: str
+    labels: str
+    predictions: str
+    images: tuple[ImageScore, ...]
+    overall: Summary
+    groups: tuple[Group, ...]
+    n_extra: int = 0
+
+    @property
+    def caption(self) -> str:
+        """What every table of this score says above itself, so that no number goes without its protocol."""
+        o = self.overall
+        extra = f", {self.n_extra} answered photos without labels ignored" if self.n_extra else ""
+        return (
+            f"protocol {self.protocol} ({PROTOCOLS[self.protocol].about}); labels {self.labels}; {o.n_images} photos, "
+            f"{o.n_pairs} of {o.n_annotated_pairs} pairs, {o.n_unscored} photos unscored{extra}"
+        )
+
+    def select(self, keep: Callable[[LabelImage], bool]) -> Summary:
+        """Sum up the photos that `keep` takes."""
+        return _summary(self.protocol, [image for image in self.images if keep(image.label)], bootstrap=False)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the content of the score file."""
+        return {
+            "protocol": self.protocol,
+            "labels": self.labels,
+            "predictions": self.predictions,
+            "images": [image.to_dict() for image in self.images],
+            "overall": self.overall.to_dict(),
+            "groups": [{"by": g.by, "name": g.name, **g.summary.to_dict()} for g in self.groups],
+        }
+
+    def to_json(self) -> str:
+        """Return the score file's text."""
+        return json.dumps(self.to_dict(), allow_nan=False, indent=1) + "\n"
+
+    def to_csv(self) -> str:
+        """Return one row a photo with its group."""
+        output = io.StringIO()
+        rows = [
+            {**image.to_dict(), "setting": image.label.setting, "camera": image.label.camera,
+             "focal_mm": "" if math.isnan(image.label.focal_mm) else image.label.focal_mm}
+            for image in self.images
+        ]  # fmt: skip
+        writer = csv.DictWriter(output, list(rows[0]) if rows else ["filename"], lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(rows)
+        return output.getvalue()
+
+    def plot(self) -> Figure:
+        """Draw estimated over true distance, and the error over the true distance (the paper's figure)."""
+        from .figures import plot_score
+
+        return plot_score(self)
+
+
+def score(labels: Labels, predictions: Predictions, protocol: str = DEFAULT_PROTOCOL) -> Score:
+    """Score a method's answers; raises SettingsError for an unknown protocol.
+
+    Every labelled photo counts, answered or not. `labels` are taken as they are: `score_files` picks errata or none
+    as the protocol says.
+    """
+    chosen = protocol_named(protocol)
+    answers = [predictions.named(image.filename) for image in labels]
+    images = tuple(chosen.score_image(image, answer) for image, answer in zip(labels, answers, strict=True))
+    used = {id(answer) for answer in answers}
+    return Score(
+        protocol,
+        labels.description,
+        predictions.source,
+        images,
+        _summary(protocol, images, bootstrap=True),
+        tuple(_groups(protocol, images)),
+        sum(id(answer) not in used for answer in predictions),
+    )
+
+
+def score_files(predictions: str | Path, labels: str | Path, protocol: str = DEFAULT_PROTOCOL) -> Score:
+    """Score a prediction file or results folder against a labels folder; raises LabelsError, SettingsError."""
+    chosen = protocol_named(protocol)
+    return score(read_labels(labels, errata=chosen.errata), read_predictions(predictions), protocol)
+
+
+def protocol_named(name: str) -> Protocol:
+    """Return a protocol; raises SettingsError for a name that is not in `PROTOCOLS`."""
+    if name not in PROTOCOLS:
+        raise SettingsError(f"protocol {name!r} is unknown: use one of {', '.join(PROTOCOLS)}")
+    return PROTOCOLS[name]
+
+
+def _summary(protocol: str, images: Iterable[ImageScore], bootstrap: bool) -> Summary:
+    return summarise(tuple(images), PROTOCOLS[protocol].rates_over_images, bootstrap)
+
+
+def _groups(protocol: str, images: tuple[ImageScore, ...]) -> Iterable[Group]:
+    """Yield the groups of each kind in the order of their names; photos of unknown focal length are in none."""
+    kinds: dict[str, Callable[[LabelImage], tuple[float, str] | None]] = {
+        "focal_mm": lambda i: None if math.isnan(i.focal_mm) else (i.focal_mm, f"{i.focal_mm:g}"),
+        "setting": lambda i: (0.0, i.setting),
+        "camera": lambda i: (0.0, f"{i.setting} {i.camera}"),
+    }
+    for by, key in kinds.items():
+        names = sorted({found for image in images if (found := key(image.label)) is not None})
+        for found in names:
+            members = [image for image in images if key(image.label) == found]
+            yield Group(by, found[1], _summary(protocol, members, bootstrap=False))

@@ -1,0 +1,225 @@
+"""The paper's tables for any methods, the published figures beside ours: text, CSV, LaTeX, plot.
+
+`all`, `outdoor`, `indoor`: detection rate and pair error by focal length (tables 2-4), `elevated`: the camera on the
+balcony (table 5), `f1`: the binary question (table 6).
+"""
+
+from __future__ import annotations
+
+import csv
+import functools
+import io
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from importlib.resources import files
+from typing import TYPE_CHECKING
+
+from ..errors import SettingsError
+from .labels import LabelImage
+from .metrics import F1_THRESHOLDS_M, Summary
+from .scores import Score
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+#: Table -> what it shows.
+TABLES = {
+    "all": "detection rate and pair error by focal length, all photos",
+    "outdoor": "detection rate and pair error by focal length, outdoor (standing)",
+    "indoor": "detection rate and pair error by focal length, indoor (seated)",
+    "elevated": "the elevated camera, outdoor C2",
+    "f1": "F1 of 'nearer than ...', over scored pairs",
+}
+_PAPER_WIDTH_PX = 4160  # the paper counts 16 photos of outdoor C2: those of the camera with files of this width
+_REFERENCE = "combined"  # the published method to hold others against
+_NAN = float("nan")
+
+
+@dataclass(frozen=True)
+class Cell:
+    """One method in one row: value (error in per cent, or F1) and detection rate, ours and published, NaN if none."""
+
+    value: float = _NAN
+    rate: float = _NAN
+    published_value: float = _NAN
+    published_rate: float = _NAN
+
+
+@dataclass(frozen=True)
+class Row:
+    """One line: its name, how many photos it counts, and a cell a method."""
+
+    name: str
+    n_images: int
+    cells: dict[str, Cell]
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table of methods; `quantity` says what the cells' value is, `caption` what they were scored on."""
+
+    name: str
+    row_header: str
+    quantity: str
+    caption: str
+    methods: tuple[str, ...]
+    rows: tuple[Row, ...]
+
+    def columns(self) -> list[tuple[str, Callable[[Row], float], str]]:
+        """Return (heading, value of a row, format) for every column that holds a number."""
+        with_rate = self.name != "f1"
+        digits = ".2f"
+        answer: list[tuple[str, Callable[[Row], float], str]] = []
+        for method in self.methods:
+            for heading, attribute in (("", ""), (" published", "published_")):
+                if with_rate:
+                    answer.append((f"{method}{heading} rate", _getter(method, f"{attribute}rate"), digits))
+                answer.append((f"{method}{heading} {self.quantity}", _getter(method, f"{attribute}value"), digits))
+        return [c for c in answer if any(math.isfinite(c[1](row)) for row in self.rows)]
+
+    def to_text(self) -> str:
+        """Return the table for a terminal, the caption above it."""
+        header, *body = self._grid("-")
+        header, body = [_two_lines(cell) for cell in header], [[("", cell) for cell in row] for row in body]
+        lines = [header, *body]
+        widths = [max(len(part) for line in lines for part in line[k]) for k in range(len(header))]
+
+        def joined(cells: list[tuple[str, str]], part: int) -> str:
+            first = cells[0][part].ljust(widths[0])
+            return "  ".join([first, *(c[part].rjust(w) for c, w in zip(cells[1:], widths[1:], strict=True))]).rstrip()
+
+        rows = [joined(header, 0), joined(header, 1), *(joined(row, 1) for row in body)]
+        return "\n".join([f"{TABLES[self.name]}; {self.caption}", *rows]) + "\n"
+
+    def to_csv(self) -> str:
+        """Return the table with a header; empty where there is no number."""
+        output = io.StringIO()
+        csv.writer(output, lineterminator="\n").writerows(self._grid(""))
+        return output.getvalue()
+
+    def to_latex(self) -> str:
+        """Return a LaTeX table (booktabs)."""
+        header, *body = [[_latex(cell) for cell in row] for row in self._grid("--")]
+        lines = [" & ".join(row) + r" \\" for row in body]
+        return "\n".join([
+            r"\begin{table}", rf"\caption{{{_latex(TABLES[self.name] + '; ' + self.caption)}}}", r"\centering",
+            rf"\begin{{tabular}}{{l{'r' * (len(header) - 1)}}}", r"\toprule", " & ".join(header) + r" \\",
+            r"\midrule", *lines, r"\bottomrule", r"\end{tabular}", r"\end{table}",
+        ]) + "\n"  # fmt: skip
+
+    def plot(self) -> Figure:
+        """Draw the values by row, the published ones hollow."""
+        from .figures import plot_table
+
+        return plot_table(self)
+
+    def _grid(self, nothing: str) -> list[list[str]]:
+        columns = self.columns()
+        body = [
+            [row.name, str(row.n_images), *(format(v, f) if math.isfinite(v := value(row)) else nothing
+                                            for _, value, f in columns)]
+            for row in self.rows
+        ]  # fmt: skip
+        return [[self.row_header, "photos", *(heading for heading, _, _ in columns)], *body]
+
+
+def _getter(method: str, attribute: str) -> Callable[[Row], float]:
+    return lambda row: getattr(row.cells[method], attribute)
+
+
+def _two_lines(heading: str) -> tuple[str, str]:
+    first, _, last = heading.rpartition(" ")
+    return first, last
+
+
+def _latex(text: str) -> str:
+    for character in "&%$#_{}":
+        text = text.replace(character, "\\" + character)
+    return text
+
+
+def make_table(name: str, scores: Mapping[str, Score]) -> Table:
+    """Return a table of methods by name; raises SettingsError for an unknown one, or scores of mixed protocols."""
+    if name not in TABLES:
+        raise SettingsError(f"table {name!r} is unknown: use one of {', '.join(TABLES)}")
+    if len({score.protocol for score in scores.values()}) != 1:
+        raise SettingsError("a table needs one or more scores of one protocol")
+    if name == "f1":
+        rows, header, quantity = _f1_rows(scores), "metres", "F1"
+    elif name == "elevated":
+        rows, header, quantity = _elevated_rows(scores), "camera", "%"
+    else:
+        rows, header, quantity = _focal_rows(name, scores), "mm", "%"
+    methods = tuple(dict.fromkeys((*scores, _REFERENCE)))
+    first = next(iter(scores.values()))
+    caption = first.caption if len(scores) == 1 else f"protocol {first.protocol}; labels {first.labels}"
+    return Table(name, header, quantity, caption, methods, tuple(rows))
+
+
+def _focal_rows(name: str, scores: Mapping[str, Score]) -> list[Row]:
+    def shown(label: LabelImage) -> bool:
+        return name in ("all", label.setting)
+
+    first = next(iter(scores.values()))
+    lenses = {i.label.focal_mm for i in first.images if shown(i.label) and math.isfinite(i.label.focal_mm)}
+    rows = [
+        _row(name, f"{focal:g}", scores, lambda label, focal=focal: shown(label) and label.focal_mm == focal)
+        for focal in sorted(lenses)
+    ]
+    return [*rows, _row(name, "all", scores, shown)]
+
+
+def _elevated_rows(scores: Mapping[str, Score]) -> list[Row]:
+    def elevated(label: LabelImage) -> bool:
+        return label.setting == "outdoor" and label.camera == "C2"
+
+    paper = _row("elevated", "all", scores, lambda label: elevated(label) and label.width == _PAPER_WIDTH_PX)
+    whole = _row("", "C2, every lens", scores, elevated)
+    return [Row(f"C2, files {_PAPER_WIDTH_PX} px wide", paper.n_images, paper.cells), whole]
+
+
+def _row(table: str, row: str, scores: Mapping[str, Score], keep: Callable[[LabelImage], bool]) -> Row:
+    published = published_figures()
+    cells: dict[str, Cell] = {}
+    for method in (*scores, _REFERENCE):
+        summary = scores[method].select(keep) if method in scores else None
+        rate, error = published.get((table, row, method), (_NAN, _NAN))
+        cells[method] = Cell(_error(summary), summary.detection_rate if summary else _NAN, error, rate)
+    first = next(iter(scores.values()))
+    return Row(row, sum(keep(image.label) for image in first.images), cells)
+
+
+def _error(summary: Summary | None) -> float:
+    return summary.pair_error_pct_mean_over_images if summary else _NAN
+
+
+def _f1_rows(scores: Mapping[str, Score]) -> list[Row]:
+    published = {(row["threshold_m"], row["method"]): float(row["f1"]) for row in _data("published_f1.csv")}
+    rows: list[Row] = []
+    for key in (f"{threshold:.1f}" for threshold in F1_THRESHOLDS_M):
+        cells = {
+            method: Cell(
+                value=scores[method].overall.f1[key] if method in scores else _NAN,
+                published_value=published.get((key, method), _NAN),
+            )
+            for method in (*scores, _REFERENCE)
+        }
+        rows.append(Row(key, next(iter(scores.values())).overall.n_images, cells))
+    return rows
+
+
+@functools.cache
+def published_figures() -> dict[tuple[str, str, str], tuple[float, float]]:
+    """Return (table, row, method) -> (detection rate, error in per cent) as the paper prints them, NaN for a dash."""
+    return {
+        (row["table"], row["row"], row["method"]): (
+            float(row["detection_rate"]), float(row["error_pct"]) if row["error_pct"] else _NAN
+        )
+        for row in _data("published.csv")
+    }  # fmt: skip
+
+
+def _data(name: str) -> list[dict[str, str]]:
+    text = (files("proxemetry.benchmark") / name).read_text(encoding="utf-8")
+    return list(csv.DictReader(text.splitlines()))

@@ -1,0 +1,98 @@
+"""`proxemetry score`: predictions against a benchmark's labels; needs numpy alone."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from ..benchmark import DEFAULT_PROTOCOL, PROTOCOLS, Score, score_files
+from ..benchmark.check import check_labels
+from ..benchmark.report import to_text
+from ..benchmark.tables import TABLES, make_table
+from ..errors import OutputError, SettingsError
+from . import DONE, SOME_FAILED
+
+_EXAMPLES = """examples:
+  proxemetry score predictions.json --labels korte/
+  proxemetry score results/ --labels korte/ --protocol seker2021 --json score.json
+  proxemetry score torso=a.json combined=b.json --labels korte/ --table outdoor --format latex
+  proxemetry score --check korte/
+"""
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add the command's options."""
+    parser.epilog = _EXAMPLES
+    parser.add_argument(
+        "predictions", nargs="*", metavar="PREDICTIONS",
+        help="prediction file or results folder of `measure`; several, as NAME=FILE, for --table",
+    )  # fmt: skip
+    parser.add_argument("--labels", metavar="DIR", help="folder with the three label files")
+    parser.add_argument("--protocol", choices=list(PROTOCOLS), default=DEFAULT_PROTOCOL)
+    parser.add_argument("--json", metavar="FILE", help="write the score here")
+    parser.add_argument("--csv", metavar="FILE", help="write one row a photo here")
+    parser.add_argument("--plot", metavar="FILE", help="draw the score, or the table, here (.png, .pdf, .svg)")
+    parser.add_argument("--table", choices=list(TABLES), help="one of the paper's tables instead of the whole score")
+    parser.add_argument("--format", choices=("text", "csv", "latex"), default="text", help="of --table")
+    parser.add_argument("--check", metavar="DIR", help="list every fault of a labels folder, and score nothing")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Score, or check; 1 where a check found faults."""
+    if args.check:
+        faults = check_labels(args.check)
+        for fault in faults:
+            print(fault)
+        count = sum(not fault.harmless for fault in faults)
+        print(f"{args.check}: {count or 'no'} fault{'' if count == 1 else 's'}")
+        return SOME_FAILED if count else DONE
+    if not args.predictions or not args.labels:
+        raise SettingsError("score needs PREDICTIONS and --labels DIR, or --check DIR")
+    scores = {name: score_files(path, args.labels, args.protocol) for name, path in map(_named, args.predictions)}
+    if len(scores) < len(args.predictions):
+        raise SettingsError("two predictions have the same name: give each as NAME=FILE")
+    show(scores, args)
+    return DONE
+
+
+def _named(text: str) -> tuple[str, str]:
+    """Split NAME=FILE; a file that exists under the whole text is not split."""
+    name, separator, path = text.partition("=")
+    if separator and not Path(text).exists():
+        return name, path
+    return Path(text).stem, text
+
+
+def show(scores: dict[str, Score], args: argparse.Namespace) -> None:
+    """Print scores, or one table of them, and write the files asked for."""
+    if args.table:
+        table = make_table(args.table, scores)
+        print({"text": table.to_text, "csv": table.to_csv, "latex": table.to_latex}[args.format](), end="")
+        if args.plot:
+            _write_figure(args.plot, table.plot())
+    else:
+        for name, score in scores.items():
+            print((f"{name}: " if len(scores) > 1 else "") + to_text(score))
+    if (args.json or args.csv or (args.plot and not args.table)) and len(scores) > 1:
+        raise SettingsError("--json, --csv and --plot are for one prediction (--plot also for a --table)")
+    score = next(iter(scores.values()))
+    if args.json:
+        _write(args.json, score.to_json())
+    if args.csv:
+        _write(args.csv, score.to_csv())
+    if args.plot and not args.table:
+        _write_figure(args.plot, score.plot())
+
+
+def _write(path: str, text: str) -> None:
+    try:
+        Path(path).write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise OutputError(f"{path}: cannot be written ({error.strerror})") from error
+
+
+def _write_figure(path: str, figure: object) -> None:
+    try:
+        figure.savefig(path, dpi=150)  # type: ignore[attr-defined]
+    except (OSError, ValueError) as error:
+        raise OutputError(f"{path}: cannot be drawn ({error})") from error
