@@ -7,14 +7,16 @@ from collections.abc import Generator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image
 
 from .errors import PhotoError
 from .metadata import Metadata, orientation_of, read_metadata
+
+if TYPE_CHECKING:
+    from PIL import Image
 
 RGBArray = NDArray[np.uint8]
 
@@ -53,7 +55,7 @@ class Header:
 def read_header(path: Path, *, with_names: bool = False, with_gps: bool = False) -> Header:
     """Return a file's upright size and metadata; raises PhotoError where it is no photo."""
     with _opened(path) as source:
-        if not isinstance(source, Image.Image):
+        if not _is_image(source):
             return _raw_header(source, path, with_names, with_gps)
         metadata = read_metadata(source, with_names=with_names, with_gps=with_gps)
         width, height = source.size
@@ -68,7 +70,7 @@ def decode(path: Path, long_side_px: int | None = None) -> RGBArray:
     Raises PhotoError where decoding fails, stops before the end, or would take more than the memory budget.
     """
     with _opened(path) as source:
-        if not isinstance(source, Image.Image):
+        if not _is_image(source):
             return _raw_pixels(source, path, long_side_px)
         # Before anything is decoded: afterwards nothing may tell any more how the file was turned.
         orientation = orientation_of(source)
@@ -79,6 +81,12 @@ def decode(path: Path, long_side_px: int | None = None) -> RGBArray:
         _check_memory(source, path)
         source.load()
         return _upright(_rgb(source, path), orientation)
+
+
+def _is_image(source: Any) -> bool:
+    from PIL import Image  # here, as wherever it is needed: what only reads results needs no image library
+
+    return isinstance(source, Image.Image)
 
 
 @contextmanager
@@ -105,6 +113,8 @@ def _opened(path: Path) -> Generator[Any]:
 
 
 def _source(path: Path, start: bytes) -> Any:
+    from PIL import Image
+
     formats = _PILLOW_FORMATS
     if start[4:8] == b"ftyp" and start[8:12] in _HEIC_BRANDS:
         try:
@@ -138,6 +148,8 @@ def _check_memory(image: Image.Image, path: Path) -> None:
 
 def _rgb(image: Image.Image, path: Path) -> RGBArray:
     """Convert a decoded image strip by strip, so that it is never held twice; transparent parts become white."""
+    from PIL import Image
+
     if image.mode == "F":
         raise PhotoError(f"{path}: floating point pixels have no known white; save the photo with 8 or 16 bits")
     pixels = np.empty((image.height, image.width, 3), dtype=np.uint8)
@@ -190,6 +202,7 @@ def _raw_metadata(raw: Any, path: Path, with_names: bool, with_gps: bool) -> Met
     import io
 
     import rawpy
+    from PIL import Image
 
     def read(source: Any) -> Metadata:
         with Image.open(source, formats=("TIFF", "JPEG")) as image:

@@ -10,10 +10,12 @@ import math
 import re
 import struct
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 from xml.etree import ElementTree
 
-from PIL import Image
+if TYPE_CHECKING:
+    from PIL import Image
+
 
 _EXIF_IFD, _GPS_IFD = 0x8769, 0x8825
 #: FocalPlaneResolutionUnit -> units in a millimetre (EXIF 2.32, 4.6.5; 4 and 5 are in use though not in the standard).
@@ -84,6 +86,8 @@ class Metadata:
 
 def orientation_of(image: Image.Image) -> int:
     """Return the EXIF orientation (1 to 8) that is still to be applied to an opened image; 1 where none is given."""
+    from PIL import Image
+
     if image.format == "TIFF":  # Pillow turns a TIFF itself
         return 1
     try:
@@ -143,6 +147,8 @@ def read_metadata(
 
 def _tags(image: Image.Image, with_gps: bool, remarks: list[str]) -> tuple[dict[int, Any], dict[int, Any]]:
     """Return the EXIF tags of the first and the Exif directory in one dict, and those of the GPS directory."""
+    from PIL import Image
+
     tags: dict[int, Any] = {}
     gps: dict[int, Any] = {}
     try:
