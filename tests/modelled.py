@@ -5,7 +5,18 @@ import numpy as np
 from proxemetry.camera import Camera
 from proxemetry.locate import LocateSettings
 from proxemetry.locate.body_model import LATENTS, body_model
-from proxemetry.locate.projection import DEPTH, HEADING, HEIGHT, LOG_LENGTHS, N_LOCAL, N_SHARED, PITCH, POSTURE, project
+from proxemetry.locate.projection import (
+    DEPTH,
+    HEADING,
+    HEIGHT,
+    LOG_LENGTHS,
+    N_LOCAL,
+    N_SHARED,
+    PITCH,
+    POSTURE,
+    BodyTables,
+    project,
+)
 from proxemetry.locate.projection import torso_position as torso_of
 from proxemetry.people import People
 from proxemetry.skeleton import COCO_17
@@ -28,11 +39,11 @@ def photo(seed, count=4, noise_px=1.5, pitch=0.05, height_m=1.6, camera=CAMERA, 
     shared = np.zeros(N_SHARED)
     shared[PITCH], shared[HEIGHT] = pitch, np.log(height_m)
     # the torso's point that puts the sole on the floor, by Newton's method on its one unknown
-    posture = np.zeros(count, dtype=np.intp)
+    bodies = BodyTables.of(model, np.zeros(count, dtype=np.intp))
     for _ in range(4):
-        seen = project(local, shared, posture, model)
+        seen = project(local, shared, bodies)
         local[:, 1] -= seen.floor / seen.floor_jacobian[:, 1]
-    points = project(local, shared, posture, model).points * camera.f_px + (camera.cx, camera.cy)
+    points = project(local, shared, bodies).points.transpose(0, 2, 1) * camera.f_px + (camera.cx, camera.cy)
     keypoints = np.full((count, len(COCO_17), 2), np.nan)
     keypoints[:, model.columns] = points + rng.normal(0, noise_px, points.shape)
     return People(COCO_17, keypoints, np.isfinite(keypoints).all(axis=-1) * 0.9), torso_of(local, shared)

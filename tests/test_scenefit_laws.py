@@ -62,7 +62,7 @@ def test_without_a_floor_nobody_depends_on_the_others(seed):
     everyone = locate(people, CAMERA, alone)
     some = locate(people[[0, 2]], CAMERA, alone)
     # gravity stays shared: it moves people by little where they stand upright
-    assert some.positions_m == pytest.approx(everyone.positions_m[[0, 2]], rel=0.05)
+    assert some.positions_m == pytest.approx(everyone.positions_m[[0, 2]], rel=0.05, abs=0.02)
 
 
 @settings(deadline=None, max_examples=8)

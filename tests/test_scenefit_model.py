@@ -15,12 +15,17 @@ from proxemetry.locate.projection import (
     PITCH,
     POSTURE,
     TURN,
+    BodyTables,
     camera_axes,
     project,
 )
 from proxemetry.skeleton import COCO_17, HALPE_26, SKELETONS
 
 LENGTHS_M = [1.70, 1.36, 0.52, 0.35, 0.063, 0.15]
+
+
+def tables(model, posture=(0,)):
+    return BodyTables.of(model, np.array(posture))
 
 
 def rows(count, rng=None):
@@ -36,7 +41,7 @@ def rows(count, rng=None):
 
 def test_a_level_camera_sees_lengths_over_depth():
     model = body_model(COCO_17)
-    seen = project(rows(1), np.zeros(N_SHARED), np.array([0]), model).points[0]
+    seen = project(rows(1), np.zeros(N_SHARED), tables(model)).points[0].T
     at = {COCO_17.joints[c]: point for c, point in zip(model.columns, seen, strict=True)}
     # facing the camera the left shoulder is on the right, half of .35 m from the middle, half of .52 m above it
     assert at["left_shoulder"] == pytest.approx((0.175 / 5, -0.26 / 5))
@@ -49,7 +54,7 @@ def test_heading_turns_towards_the_right_of_the_image():
     model = body_model(COCO_17)
     local = rows(1)
     local[:, HEADING] = np.pi / 2
-    seen = project(local, np.zeros(N_SHARED), np.array([0]), model).points[0]
+    seen = project(local, np.zeros(N_SHARED), tables(model)).points[0].T
     at = {COCO_17.joints[c]: point for c, point in zip(model.columns, seen, strict=True)}
     assert at["nose"][0] > 0.01  # the face leads to the right
     assert at["left_shoulder"][0] == pytest.approx(0, abs=1e-9)
@@ -60,7 +65,7 @@ def test_a_sole_on_the_floor():
     local = rows(1)
     # a level camera at the height of the torso's middle: 1.36 - .26 m and the shoe
     shared[HEIGHT] = np.log(1.36 - 0.26 + SHOE_M)
-    assert project(local, shared, np.array([0]), body_model(COCO_17)).floor == pytest.approx([0.0])
+    assert project(local, shared, tables(body_model(COCO_17))).floor == pytest.approx([0.0])
 
 
 def test_looking_down_puts_up_towards_the_viewer():
@@ -76,14 +81,14 @@ def test_derivatives_agree_with_differences():
     rng = np.random.default_rng(0)
     model, posture = body_model(HALPE_26), np.array([0, 1, 0])
     local, shared = rows(3, rng), np.array([0.2, 0.1, 0.5, 0.05, 0.01, -0.02])
-    here, step = project(local, shared, posture, model), 1e-6
+    here, step = project(local, shared, tables(model, posture)), 1e-6
     for k in range(N_LOCAL + N_SHARED):
         moved, moved_shared = local.copy(), shared.copy()
         if k < N_LOCAL:
             moved[:, k] += step
         else:
             moved_shared[k - N_LOCAL] += step
-        there = project(moved, moved_shared, posture, model)
+        there = project(moved, moved_shared, tables(model, posture))
         assert (there.points - here.points) / step == pytest.approx(here.jacobian[..., k], abs=1e-5)
         assert (there.floor - here.floor) / step == pytest.approx(here.floor_jacobian[:, k], abs=1e-5)
 
@@ -92,8 +97,8 @@ def test_focal_and_depth_trade_places():
     shared = np.zeros(N_SHARED)
     shared[FOCAL] = 0.1
     local = rows(1)
-    point = project(local, shared, np.array([0]), body_model(COCO_17))
-    assert point.points[0].mean(axis=0)[0] == pytest.approx(0, abs=1e-9)
+    point = project(local, shared, tables(body_model(COCO_17)))
+    assert point.points[0].mean(axis=1)[0] == pytest.approx(0, abs=1e-9)
     assert abs(point.jacobian[0, ..., N_LOCAL + PITCH]).max() < 1
 
 

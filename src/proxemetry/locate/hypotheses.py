@@ -7,6 +7,7 @@ person by less than its own uncertainty is folded into the covariance, what move
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +15,7 @@ from numpy.typing import NDArray
 from ..anthropometry import Population, moments, populations
 from .body_model import POSTURE_WEIGHTS, BodyModel
 from .evidence import Evidence
-from .projection import DEPTH, HEADING, LOG_LENGTHS, N_LOCAL, POINT, POSTURE
+from .projection import DEPTH, HEADING, LOG_LENGTHS, N_LOCAL, POINT, POSTURE, TURN, BodyTables
 from .solver import Fit, Rows
 from .start import HEADINGS, Start
 
@@ -22,6 +23,7 @@ FloatArray = NDArray[np.float64]
 
 #: An alternative this much worse than the best at the start (negative log posterior) is not pursued.
 _WORTH_PURSUING = 8.0
+_TURN_SD = 0.45
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,13 +42,18 @@ class Guesses:
 
 @dataclass(frozen=True, eq=False)
 class Bodytype:
-    """One Gaussian of log lengths with its prior weight: the adults of a body size, or its children."""
+    """One Gaussian of log lengths with its prior weight: the adults of a body size, or its children.
+
+    mean: shape (L,). precision: shape (L, L). log_volume: the log determinant of the precision.
+    """
 
     weight: float
     mean: FloatArray
     precision: FloatArray
+    log_volume: float
 
 
+@cache
 def body_types(body_size: str, child_weight: float) -> tuple[Bodytype, ...]:
     """Return the grown-ups and the children of a body size as one Gaussian each, the more likely first."""
     groups = populations(body_size, child_weight)
@@ -58,7 +65,8 @@ def body_types(body_size: str, child_weight: float) -> tuple[Bodytype, ...]:
 
 def _body_type(groups: tuple[Population, ...]) -> Bodytype:
     mean, covariance = moments(groups)
-    return Bodytype(sum(g.weight for g in groups), mean, np.asarray(np.linalg.inv(covariance), dtype=float))
+    precision = np.asarray(np.linalg.inv(covariance), dtype=float)
+    return Bodytype(sum(g.weight for g in groups), mean, precision, float(np.linalg.slogdet(precision)[1]))
 
 
 def guesses_of(start: Start, types: list[tuple[Bodytype, ...]], model: BodyModel) -> tuple[Guesses, NDArray[np.intp]]:
@@ -108,33 +116,48 @@ def rows_of(
 ) -> Rows:  # fmt: skip
     """Return the solver's rows; scale (P,) is each person's stature over depth, for the noise."""
     person = guesses.person
-    types_of = [types[p][g] for p, g in zip(person, guesses.group, strict=True)]
-    known = np.isfinite(evidence.heading_rad) & (evidence.heading_sd_rad > 0)
-    precision = np.where(known, np.maximum(np.nan_to_num(evidence.heading_sd_rad, nan=1.0), 0.05) ** -2, 0.0)
+    mean, precision, log_volume = _priors(guesses, evidence, types, model)
     return Rows(
         person=person,
-        points=evidence.points[person],
-        sd=keypoint_sd(evidence, model, scale)[person],
-        posture=guesses.posture,
-        length_mean=np.array([t.mean for t in types_of]),
-        length_precision=np.array([t.precision for t in types_of]),
-        heading=np.where(known, np.nan_to_num(evidence.heading_rad), 0.0)[person],
-        heading_precision=precision[person],
-        floor_sd=floor_sd[person],
+        points=evidence.points[person].transpose(0, 2, 1),
+        precision=keypoint_precision(evidence, model, scale)[person],
+        bodies=BodyTables.of(model, guesses.posture),
+        prior_mean=mean,
+        prior_precision=precision,
+        prior_log_volume=log_volume,
+        floor_precision=1 / floor_sd[person],
     )
 
 
-def keypoint_sd(evidence: Evidence, model: BodyModel, scale: FloatArray) -> FloatArray:
-    """Return the noise of every keypoint (P, K), infinite where unseen: a share of the body's size, never below what
+def _priors(
+    guesses: Guesses, evidence: Evidence, types: list[tuple[Bodytype, ...]], model: BodyModel
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return what is known of each row's unknowns: mean, precision and the precision's log determinant."""
+    types_of = [types[p][g] for p, g in zip(guesses.person, guesses.group, strict=True)]
+    known = np.isfinite(evidence.heading_rad) & (evidence.heading_sd_rad > 0)
+    heading = np.where(known, np.nan_to_num(evidence.heading_rad), 0.0)
+    heading_sd = np.where(known, np.maximum(np.nan_to_num(evidence.heading_sd_rad, nan=np.inf), 0.05), np.inf)
+    mean = np.zeros((len(types_of), N_LOCAL))
+    diagonal = np.full((len(types_of), N_LOCAL), 1e-4)  # of place nothing is known, but the equations stay solvable
+    mean[:, HEADING], diagonal[:, HEADING] = heading[guesses.person], heading_sd[guesses.person] ** -2 + 1e-4
+    diagonal[:, TURN] = _TURN_SD**-2
+    mean[:, POSTURE], diagonal[:, POSTURE] = model.prior_mean[guesses.posture], model.prior_sd[guesses.posture] ** -2
+    precision = diagonal[:, :, None] * np.eye(N_LOCAL)
+    for row, body in enumerate(types_of):
+        mean[row, LOG_LENGTHS] = body.mean
+        precision[row, LOG_LENGTHS, LOG_LENGTHS] = body.precision
+    volume = np.array([body.log_volume for body in types_of]) + np.log(diagonal[:, POSTURE]).sum(axis=1)
+    return mean, precision, volume
+
+
+def keypoint_precision(evidence: Evidence, model: BodyModel, scale: FloatArray) -> FloatArray:
+    """Return one over the noise of every keypoint (P, K), 0 where unseen: a share of the body's size, never below what
     a detector resolves."""
     sd = np.hypot(model.spread * scale[:, None], evidence.resolution) * evidence.noise_scale
-    return np.where(evidence.seen, sd, np.inf)
+    return evidence.seen / sd
 
 
-def log_evidence(fit: Fit, rows: Rows, log_prior: FloatArray, model: BodyModel) -> FloatArray:
+def log_evidence(fit: Fit, rows: Rows, log_prior: FloatArray) -> FloatArray:
     """Return the log of each row's posterior weight (R,), up to a constant of its person (Laplace)."""
-    own = fit.hessian[:, :N_LOCAL, :N_LOCAL]
-    _, volume = np.linalg.slogdet(own)
-    _, lengths = np.linalg.slogdet(rows.length_precision)
-    posture = -2 * np.log(model.prior_sd[rows.posture]).sum(axis=1)
-    return log_prior - fit.row_cost - 0.5 * volume + 0.5 * (lengths + posture)
+    _, volume = np.linalg.slogdet(fit.hessian[:, :N_LOCAL, :N_LOCAL])
+    return log_prior - fit.row_cost + 0.5 * (rows.prior_log_volume - volume)

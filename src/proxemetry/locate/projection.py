@@ -36,11 +36,37 @@ _SLUMP = POSTURE.start + LATENTS.index("slump")
 
 
 @dataclass(frozen=True, eq=False)
+class BodyTables:
+    """The body model's tables, row by row.
+
+    table: shape (R, 3, K, lengths + latents), metres per metre and statures; head: shape (3, K, lengths); rest: shape
+    (R, 3, K); torso: shape (R, lengths); torso_rest: shape (R,). See `body_model.BodyModel`.
+    """
+
+    table: FloatArray
+    head: FloatArray
+    rest: FloatArray
+    torso: FloatArray
+    torso_rest: FloatArray
+
+    @classmethod
+    def of(cls, model: BodyModel, posture: NDArray[np.intp]) -> BodyTables:
+        """Return the tables of rows in these postures (R,)."""
+        table = np.concatenate([model.body, model.latent], axis=-1).transpose(0, 2, 1, 3)
+        head, rest = np.ascontiguousarray(model.head.transpose(1, 0, 2)), model.rest.transpose(0, 2, 1)
+        return cls(table[posture], head, rest[posture], model.torso[posture], model.torso_rest[posture])
+
+    def taken(self, index: NDArray[np.intp]) -> BodyTables:
+        """Return the tables of some of the rows."""
+        return BodyTables(self.table[index], self.head, self.rest[index], self.torso[index], self.torso_rest[index])
+
+
+@dataclass(frozen=True, eq=False)
 class Projected:
     """Keypoints of R rows with derivatives.
 
-    points: shape (R, K, 2). jacobian: shape (R, K, 2, N_LOCAL + N_SHARED). floor: shape (R,), how far the sole is
-    above the floor in metres, floor_jacobian: shape (R, N_LOCAL + N_SHARED). in_front: shape (R, K).
+    points: shape (R, 2, K). jacobian: shape (R, 2, K, N_LOCAL + N_SHARED). floor: shape (R,), how far the sole is
+    above the floor in metres, floor_jacobian: shape (R, N_LOCAL + N_SHARED).
     """
 
     points: FloatArray
@@ -88,69 +114,70 @@ def torso_jacobian(local: FloatArray, shared: FloatArray) -> tuple[FloatArray, F
     return by_local, by_shared
 
 
-def project(local: FloatArray, shared: FloatArray, posture: NDArray[np.intp], model: BodyModel) -> Projected:
-    """Project the rows' bodies; `posture` (R,) indexes `body_model.POSTURES`."""
-    rows, count = len(local), len(model.columns)
+def project(local: FloatArray, shared: FloatArray, bodies: BodyTables) -> Projected:
+    """Project the rows' bodies, each with its own tables."""
     lengths = np.exp(local[:, LOG_LENGTHS])
-    stature = lengths[:, _STATURE, None, None]
-    matrix, by_pitch, by_roll = camera_axes(shared[PITCH], shared[ROLL])
+    stature = lengths[:, _STATURE, None]
+    # a table's columns are log lengths and latents: what they multiply, and what their derivatives are scaled by
+    values = np.concatenate([lengths, stature * local[:, POSTURE]], axis=1)
+    scales = np.concatenate([lengths, np.repeat(stature, len(LATENTS), axis=1)], axis=1)
+    sized = (bodies.table[..., : len(LENGTHS)] @ lengths[:, None, :, None])[..., 0]
+    held = (bodies.table[..., len(LENGTHS) :] @ values[:, None, len(LENGTHS) :, None])[..., 0]
+    held += bodies.rest * stature[:, :, None]
+    body, head = sized + held, (bodies.head @ lengths[:, None, :, None])[..., 0]
+
+    matrix, by_pitch, by_roll = camera_axes(float(shared[PITCH]), float(shared[ROLL]))
     axes, by_heading = body_axes(local[:, HEADING])
     head_axes, by_turn = body_axes(local[:, HEADING] + local[:, TURN])
-
-    # offsets from the torso's middle in body axes, and their derivatives by log lengths and by posture
-    latent = model.latent[posture] * stature[..., None]
-    held = model.rest[posture] * stature + np.matmul(latent, local[:, None, POSTURE, None])[..., 0]
-    by_length = model.body[posture] * lengths[:, None, None, :]
-    body = by_length.sum(axis=-1) + held
-    by_length[..., _STATURE] += held
-    head_by_length = model.head * lengths[:, None, None, :]
-    head = head_by_length.sum(axis=-1)
-
-    jacobian = np.zeros((rows, count, 3, N_LOCAL + N_SHARED))
-    to_camera = matrix @ axes
-    head_to_camera = matrix @ head_axes
-    jacobian[..., LOG_LENGTHS] = to_camera[:, None] @ by_length + head_to_camera[:, None] @ head_by_length
-    jacobian[..., POSTURE] = to_camera[:, None] @ latent
-    turned = head @ (matrix @ by_turn).transpose(0, 2, 1)
-    jacobian[..., HEADING] = body @ (matrix @ by_heading).transpose(0, 2, 1) + turned
-    jacobian[..., TURN] = turned
-    world = body @ axes.transpose(0, 2, 1) + head @ head_axes.transpose(0, 2, 1)
-    jacobian[..., N_LOCAL + PITCH] = world @ by_pitch.T
-    jacobian[..., N_LOCAL + ROLL] = world @ by_roll.T
-
+    to_camera, head_to_camera = matrix @ axes, matrix @ head_axes
+    world = axes @ body + head_axes @ head
+    turned = matrix @ by_turn @ head
     torso = torso_position(local, shared)
     by_point, by_shared = torso_jacobian(local, shared)
-    jacobian[..., 0:3] = by_point[:, None]
-    jacobian[..., N_LOCAL:] += by_shared[:, None]
-    points, pixel_jacobian = _perspective(torso[:, None] + world @ matrix.T, jacobian, shared)
-    floor, floor_jacobian = _above_floor(local, shared, posture, model, torso, by_point, by_shared)
-    return Projected(points, pixel_jacobian, floor, floor_jacobian)
+
+    # derivatives of the joints in the camera frame, shape (R, 3, K, unknowns)
+    rows, _, count = head.shape
+    moved = np.zeros((rows, 3, count, N_LOCAL + N_SHARED))
+    moved[..., 0:3] = by_point[:, :, None]
+    moved[..., HEADING] = matrix @ by_heading @ body + turned
+    moved[..., TURN] = turned
+    linear = moved[..., LOG_LENGTHS.start : POSTURE.stop]
+    linear[:] = (to_camera @ bodies.table.reshape(rows, 3, -1)).reshape(rows, 3, count, -1)
+    linear[..., : len(LENGTHS)] += (head_to_camera @ bodies.head.reshape(3, -1)).reshape(rows, 3, count, -1)
+    linear *= scales[:, None, None]
+    linear[..., _STATURE] += to_camera @ held  # a body grows with its stature as a whole, posture and all
+    moved[..., N_LOCAL:] = by_shared[:, :, None]
+    moved[..., N_LOCAL + PITCH] += by_pitch @ world
+    moved[..., N_LOCAL + ROLL] += by_roll @ world
+    points, jacobian = _perspective(torso[:, :, None] + matrix @ world, moved, shared)
+    floor, floor_jacobian = _above_floor(local, shared, bodies, torso, by_point, by_shared)
+    return Projected(points, jacobian, floor, floor_jacobian)
 
 
-def _perspective(joints: FloatArray, jacobian: FloatArray, shared: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Divide by depth: joints (R, K, 3) and their derivatives (R, K, 3, N) to points and theirs (R, K, 2, N)."""
-    focal = np.exp(shared[FOCAL])
-    depth = np.maximum(joints[..., 2], 0.05)  # a joint beside the lens must not divide by zero on the way
-    ideal = joints[..., :2] / depth[..., None]
-    result = (jacobian[..., :2, :] - ideal[..., None] * jacobian[..., 2:, :]) * (focal / depth)[..., None, None]
+def _perspective(joints: FloatArray, moved: FloatArray, shared: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Divide by depth: joints (R, 3, K) and their derivatives (R, 3, K, N) to points (R, 2, K) and (R, 2, K, N)."""
+    focal = float(np.exp(shared[FOCAL]))
+    depth = np.maximum(joints[:, 2:], 0.05)  # a joint beside the lens must not divide by zero on the way
+    ideal = joints[:, :2] / depth
+    jacobian = (moved[:, :2] - ideal[..., None] * moved[:, 2:]) * (focal / depth)[..., None]
     points = ideal * focal
-    result[..., N_LOCAL + FOCAL] += points
-    result[..., 0, N_LOCAL + PRINCIPAL.start] += 1.0
-    result[..., 1, N_LOCAL + PRINCIPAL.start + 1] += 1.0
-    return points + shared[PRINCIPAL], result
+    jacobian[..., N_LOCAL + FOCAL] += points
+    jacobian[:, 0, :, N_LOCAL + PRINCIPAL.start] += 1.0
+    jacobian[:, 1, :, N_LOCAL + PRINCIPAL.start + 1] += 1.0
+    return points + shared[PRINCIPAL][:, None], jacobian
 
 
 def _above_floor(
-    local: FloatArray, shared: FloatArray, posture: NDArray[np.intp], model: BodyModel, torso: FloatArray,
-    by_point: FloatArray, by_shared: FloatArray,
+    local: FloatArray, shared: FloatArray, bodies: BodyTables, torso: FloatArray, by_point: FloatArray,
+    by_shared: FloatArray,
 ) -> tuple[FloatArray, FloatArray]:  # fmt: skip
     lengths = np.exp(local[:, LOG_LENGTHS])
     stature = lengths[:, _STATURE]
-    held = stature * (model.torso_rest[posture] - local[:, _CROUCH] - 0.5 * local[:, _SLUMP])
+    held = stature * (bodies.torso_rest - local[:, _CROUCH] - 0.5 * local[:, _SLUMP])
     matrix, by_pitch, by_roll = camera_axes(shared[PITCH], shared[ROLL])
     down = matrix[:, 1]
     height = np.exp(shared[HEIGHT])
-    parts = model.torso[posture] * lengths
+    parts = bodies.torso * lengths
     above = height - torso @ down - parts.sum(axis=1) - held - SHOE_M
     jacobian = np.zeros((len(local), N_LOCAL + N_SHARED))
     jacobian[:, 0:3] = -down @ by_point

@@ -16,7 +16,7 @@ from ..people import People
 from . import LocateSettings
 from .body_model import BodyModel, body_model
 from .evidence import Evidence, evidence_of
-from .hypotheses import Guesses, body_types, guesses_of, keypoint_sd, log_evidence, rows_of
+from .hypotheses import Guesses, body_types, guesses_of, keypoint_precision, log_evidence, rows_of
 from .posterior import Placed, placed_people
 from .projection import DEPTH, FOCAL, HEIGHT, LOG_LENGTHS, N_SHARED, PITCH, PRINCIPAL, ROLL
 from .solver import Fit, Rows, SharedPrior, solve
@@ -87,30 +87,30 @@ def _fit(
     scale = _scale(guesses.local[first])
     rows = rows_of(guesses, evidence, types, floor_sd, model, scale)
 
-    fit = solve(rows.taken(first), guesses.local[first], start.shared, prior, model, iterations=5)
-    rows = rows.with_sd(keypoint_sd(evidence, model, _scale(fit.local))[rows.person])
-    fit = solve(rows.taken(first), fit.local, fit.shared, prior, model, iterations=6)
+    fit = solve(rows.taken(first), guesses.local[first], start.shared, prior, iterations=4)
+    rows = rows.with_precision(keypoint_precision(evidence, model, _scale(fit.local))[rows.person])
+    fit = solve(rows.taken(first), fit.local, fit.shared, prior, iterations=4)
     for _ in range(2):
-        everyone, weight = _weigh(rows, first, guesses, fit, prior, model)
+        everyone, weight = _weigh(rows, first, guesses, fit, prior)
         best = _best_rows(rows.person, weight, len(usable))
         if (best == first).all():
             break
         first = best
-        fit = solve(rows.taken(first), everyone.local[first], fit.shared, prior, model, iterations=5)
+        fit = solve(rows.taken(first), everyone.local[first], fit.shared, prior, iterations=4)
         guesses.local[:] = everyone.local
     else:
-        everyone, weight = _weigh(rows, first, guesses, fit, prior, model)
+        everyone, weight = _weigh(rows, first, guesses, fit, prior)
     return placed_people(rows, everyone, weight, first, fit, evidence, model, on_floor)
 
 
 def _weigh(
-    rows: Rows, first: NDArray[np.intp], guesses: Guesses, fit: Fit, prior: SharedPrior, model: BodyModel
+    rows: Rows, first: NDArray[np.intp], guesses: Guesses, fit: Fit, prior: SharedPrior
 ) -> tuple[Fit, FloatArray]:
     """Refine every hypothesis with the camera held, and return the log weight of each besides."""
     local = guesses.local.copy()
     local[first] = fit.local
-    everyone = solve(rows, local, fit.shared, prior, model, iterations=5, shared_moves=False)
-    weight = log_evidence(everyone, rows, guesses.log_prior, model)
+    everyone = solve(rows, local, fit.shared, prior, iterations=3, shared_moves=False)
+    weight = log_evidence(everyone, rows, guesses.log_prior)
     return everyone, weight
 
 

@@ -12,16 +12,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from .body_model import BodyModel
-from .projection import DEPTH, FOCAL, HEADING, LOG_LENGTHS, N_LOCAL, N_SHARED, POSTURE, TURN, project
+from .projection import FOCAL, HEADING, N_LOCAL, N_SHARED, BodyTables, project
 
 FloatArray = NDArray[np.float64]
 
 _KEYPOINT_DOF = 5.0
 _FLOOR_DOF = 3.0
 _SHARED_DOF = 3.0
-_TURN_SD = 0.45
-#: No step moves an unknown further than this: the model is only locally linear.
+#: Steps smaller than this end the search; none moves an unknown further than the next, as the model is only locally
+#: linear.
+_SETTLED = 1e-3
 _LOCAL_STEP, _SHARED_STEP = 0.3, 0.12
 
 
@@ -29,31 +29,35 @@ _LOCAL_STEP, _SHARED_STEP = 0.3, 0.12
 class Rows:
     """R rows to be explained, a person under a hypothesis each.
 
-    person: shape (R,). points (R, K, 2), sd (R, K), infinite where unseen: the evidence. posture: shape (R,).
-    length_mean (R, L), length_precision (R, L, L): the prior of the log lengths. heading (R,), heading_precision (R,):
-    what is known of the heading beforehand. floor_sd: shape (R,), infinite for rows off the floor.
+    person: shape (R,). points (R, 2, K), precision (R, K), one over the standard deviation and 0 where unseen: the
+    evidence. bodies: the tables of each row's posture. prior_mean (R, N_LOCAL), prior_precision (R, N_LOCAL, N_LOCAL):
+    what is known of each body beforehand; prior_log_volume (R,): the log determinant of that precision.
+    floor_precision: shape (R,), one over the standard deviation of soles about the floor, 0 for rows off it.
     """
 
     person: NDArray[np.intp]
     points: FloatArray
-    sd: FloatArray
-    posture: NDArray[np.intp]
-    length_mean: FloatArray
-    length_precision: FloatArray
-    heading: FloatArray
-    heading_precision: FloatArray
-    floor_sd: FloatArray
+    precision: FloatArray
+    bodies: BodyTables
+    prior_mean: FloatArray
+    prior_precision: FloatArray
+    prior_log_volume: FloatArray
+    floor_precision: FloatArray
 
     def __len__(self) -> int:
         return len(self.person)
 
     def taken(self, index: NDArray[np.intp]) -> Rows:
         """Return some of the rows."""
-        return Rows(*(getattr(self, name)[index] for name in self.__dataclass_fields__))
+        return Rows(
+            self.person[index], self.points[index], self.precision[index], self.bodies.taken(index),
+            self.prior_mean[index], self.prior_precision[index], self.prior_log_volume[index],
+            self.floor_precision[index],
+        )  # fmt: skip
 
-    def with_sd(self, sd: FloatArray) -> Rows:
+    def with_precision(self, precision: FloatArray) -> Rows:
         """Return the rows with other keypoint noise (R, K)."""
-        return replace(self, sd=sd)
+        return replace(self, precision=precision)
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,20 +107,19 @@ class Fit:
 
 
 def solve(
-    rows: Rows, local: FloatArray, shared: FloatArray, prior: SharedPrior, model: BodyModel, *, iterations: int,
-    shared_moves: bool = True,
+    rows: Rows, local: FloatArray, shared: FloatArray, prior: SharedPrior, *, iterations: int, shared_moves: bool = True
 ) -> Fit:  # fmt: skip
     """Return the best explanation found from a start (R, N_LOCAL), (N_SHARED,); without `shared_moves` rows only."""
     best: Fit | None = None
     for _ in range(iterations):
-        fit, gradient = _evaluate(rows, local, shared, prior, model)
+        fit, gradient = _evaluate(rows, local, shared, prior)
         best = fit if best is None else _better(best, fit, shared_moves)
         local_step, shared_step = _step(fit, gradient, prior, shared_moves)
         local = local + np.clip(local_step, -_LOCAL_STEP, _LOCAL_STEP)
         shared = shared + np.clip(shared_step, -_SHARED_STEP, _SHARED_STEP)
-        if max(np.abs(local_step).max(initial=0.0), np.abs(shared_step).max()) < 1e-4:
+        if max(np.abs(local_step).max(initial=0.0), np.abs(shared_step).max()) < _SETTLED:
             break
-    fit, _ = _evaluate(rows, local, shared, prior, model)
+    fit, _ = _evaluate(rows, local, shared, prior)
     return fit if best is None else _better(best, fit, shared_moves)
 
 
@@ -137,62 +140,36 @@ def _better(a: Fit, b: Fit, shared_moves: bool) -> Fit:
     )  # fmt: skip
 
 
-def _evaluate(
-    rows: Rows, local: FloatArray, shared: FloatArray, prior: SharedPrior, model: BodyModel
-) -> tuple[Fit, FloatArray]:
+def _evaluate(rows: Rows, local: FloatArray, shared: FloatArray, prior: SharedPrior) -> tuple[Fit, FloatArray]:
     """Return the fit at this point and its gradient (R, N_LOCAL + N_SHARED), downhill, without the shared prior."""
-    projected = project(local, shared, rows.posture, model)
-    residual = (rows.points - projected.points) / rows.sd[..., None]
-    squared = (residual**2).sum(axis=-1)
-    seen = np.isfinite(rows.sd)
-    weights = np.where(seen, (_KEYPOINT_DOF + 2) / (_KEYPOINT_DOF + squared), 0.0)
-    cost = np.where(seen, (_KEYPOINT_DOF + 2) / 2 * np.log1p(squared / _KEYPOINT_DOF), 0.0).sum(axis=1)
-
-    above = projected.floor / rows.floor_sd
-    on_floor = np.isfinite(rows.floor_sd)
-    floor_weight = np.where(on_floor, (_FLOOR_DOF + 1) / (_FLOOR_DOF + above**2), 0.0)
-    cost = cost + np.where(on_floor, (_FLOOR_DOF + 1) / 2 * np.log1p(above**2 / _FLOOR_DOF), 0.0)
+    projected = project(local, shared, rows.bodies)
+    residual = (rows.points - projected.points) * rows.precision[:, None]
+    squared = residual[:, 0] ** 2 + residual[:, 1] ** 2
+    weights = (_KEYPOINT_DOF + 2) / (_KEYPOINT_DOF + squared) * (rows.precision > 0)
+    above = projected.floor * rows.floor_precision
+    floor_weight = (_FLOOR_DOF + 1) / (_FLOOR_DOF + above**2) * (rows.floor_precision > 0)
+    cost = (_KEYPOINT_DOF + 2) / 2 * np.log1p(squared / _KEYPOINT_DOF).sum(axis=1)
+    cost += (_FLOOR_DOF + 1) / 2 * np.log1p(above**2 / _FLOOR_DOF)
 
     count = len(local)
-    root = np.sqrt(weights)[..., None]
-    jacobian = np.empty((count, 2 * residual.shape[1] + 1, N_LOCAL + N_SHARED))
-    jacobian[:, :-1] = (projected.jacobian * (root / rows.sd[..., None])[..., None]).reshape(
-        count, -1, N_LOCAL + N_SHARED
-    )
-    jacobian[:, -1] = projected.floor_jacobian * (np.sqrt(floor_weight) / rows.floor_sd)[:, None]
-    stacked = np.concatenate([(residual * root).reshape(count, -1), (-above * np.sqrt(floor_weight))[:, None]], axis=1)
+    root, floor_root = np.sqrt(weights), np.sqrt(floor_weight)
+    jacobian = np.empty((count, 2 * residual.shape[2] + 1, N_LOCAL + N_SHARED))
+    scaled = projected.jacobian * (root * rows.precision)[:, None, :, None]
+    jacobian[:, :-1] = scaled.reshape(count, -1, N_LOCAL + N_SHARED)
+    jacobian[:, -1] = projected.floor_jacobian * (floor_root * rows.floor_precision)[:, None]
+    stacked = np.concatenate([(residual * root[:, None]).reshape(count, -1), (-above * floor_root)[:, None]], axis=1)
     transposed = jacobian.transpose(0, 2, 1)
     hessian = transposed @ jacobian
     gradient = (transposed @ stacked[..., None])[..., 0]
-    cost = cost + _add_priors(rows, local, model, hessian, gradient)
-    fit = Fit(
-        local, shared, hessian, prior.weights(shared), cost, prior.cost(shared), weights, floor_weight
-    )  # fmt: skip
+
+    off = rows.prior_mean - local
+    off[:, HEADING] = (off[:, HEADING] + np.pi) % (2 * np.pi) - np.pi
+    pull = (rows.prior_precision @ off[..., None])[..., 0]
+    hessian[:, :N_LOCAL, :N_LOCAL] += rows.prior_precision
+    gradient[:, :N_LOCAL] += pull
+    cost += 0.5 * (off * pull).sum(axis=1)
+    fit = Fit(local, shared, hessian, prior.weights(shared), cost, prior.cost(shared), weights, floor_weight)
     return fit, gradient
-
-
-def _add_priors(
-    rows: Rows, local: FloatArray, model: BodyModel, hessian: FloatArray, gradient: FloatArray
-) -> FloatArray:
-    """Add what is known of each body beforehand to the normal equations, and return its cost (R,)."""
-    diagonal = np.zeros((len(local), N_LOCAL))
-    off = np.zeros((len(local), N_LOCAL))
-    diagonal[:, DEPTH] = 1e-4  # nothing is known of depth, but the equations stay solvable
-    diagonal[:, HEADING] = rows.heading_precision + 1e-4
-    off[:, HEADING] = np.angle(np.exp(1j * (rows.heading - local[:, HEADING])))
-    diagonal[:, TURN] = _TURN_SD**-2
-    off[:, TURN] = -local[:, TURN]
-    diagonal[:, POSTURE] = model.prior_sd[rows.posture] ** -2
-    off[:, POSTURE] = model.prior_mean[rows.posture] - local[:, POSTURE]
-    index = np.arange(N_LOCAL)
-    hessian[:, index, index] += diagonal
-    gradient[:, :N_LOCAL] += diagonal * off
-    cost = 0.5 * (diagonal * off**2).sum(axis=1)
-    apart = rows.length_mean - local[:, LOG_LENGTHS]
-    pull = (rows.length_precision @ apart[..., None])[..., 0]
-    hessian[:, LOG_LENGTHS, LOG_LENGTHS] += rows.length_precision
-    gradient[:, LOG_LENGTHS] += pull
-    return cost + 0.5 * (apart * pull).sum(axis=1)
 
 
 def _step(fit: Fit, gradient: FloatArray, prior: SharedPrior, shared_moves: bool) -> tuple[FloatArray, FloatArray]:

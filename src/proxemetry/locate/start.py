@@ -13,13 +13,16 @@ from numpy.typing import NDArray
 
 from .body_model import POSTURE_WEIGHTS, SHOE_M, BodyModel
 from .evidence import Evidence
-from .projection import HEIGHT, N_SHARED, PITCH, ROLL, body_axes, camera_axes
+from .projection import HEIGHT, N_SHARED, PITCH, body_axes, camera_axes
 from .solver import SharedPrior
 
 FloatArray = NDArray[np.float64]
 
 HEADINGS: FloatArray = np.linspace(0.0, 2 * np.pi, 8, endpoint=False)
-_PITCHES = np.deg2rad([0.0, -12.0, 12.0, 24.0, 36.0, 50.0, 65.0])
+_PITCHES: FloatArray = np.deg2rad([0.0, -12.0, 12.0, 24.0, 36.0, 50.0, 65.0])
+# World to camera at each pitch: gravity's direction, and the axes of a body at each heading.
+_DOWN: FloatArray = np.array([camera_axes(pitch, 0.0)[0][:, 1] for pitch in _PITCHES])
+_AXES: FloatArray = np.array([camera_axes(pitch, 0.0)[0] @ body_axes(HEADINGS)[0] for pitch in _PITCHES])
 _DEPTH_REL_SD = 0.07
 _FLOOR_SD_M = 0.1
 _DOF = 4.0
@@ -46,24 +49,22 @@ def look(
     spread = np.where(model.kinds["feet"] | model.kinds["legs"], 0.06, spread)
     weights = np.where(evidence.seen, (spread * evidence.noise_scale) ** -2, 0.0)
     bodies, torso = _mean_bodies(lengths_m, model)
-    best: tuple[float, Start] | None = None
-    log_prior = np.log(POSTURE_WEIGHTS)
-    for pitch in _PITCHES:
-        cost, scale, shift = _lay(evidence.points, weights, bodies, float(pitch), lengths_m[:, 0])
-        cost = cost - log_prior[:, None]
-        depth = lengths_m[:, 0, None, None] / scale
-        people = np.arange(len(cost))
-        posture, heading = np.unravel_index(cost.reshape(len(cost), -1).argmin(axis=1), cost.shape[1:])
-        z = depth[people, posture, heading]
-        position = np.concatenate([shift[people, posture, heading] * z[:, None], z[:, None]], axis=1)
-        shared = np.zeros(N_SHARED)
-        shared[PITCH], shared[ROLL] = pitch, prior.mean[ROLL]
-        floor_cost, shared[HEIGHT] = _floor(position, torso[people, posture] + SHOE_M, float(pitch), prior, on_floor)
-        total = float(cost[people, posture, heading].sum()) + floor_cost + prior.cost(shared)
-        if best is None or total < best[0] - 1e-9:
-            best = total, Start(shared, cost, np.log(depth), shift)
-    assert best is not None
-    return best[1]
+    cost, scale, shift = _lay(evidence.points, weights, bodies)
+    cost = cost - np.log(POSTURE_WEIGHTS)[:, None]
+    depth = lengths_m[:, 0, None, None] / scale
+    # everybody's best posture and heading at each pitch
+    choice = cost.reshape(*cost.shape[:2], -1).argmin(axis=-1)[..., None]
+    lowest = np.take_along_axis(cost.reshape(*cost.shape[:2], -1), choice, axis=-1)[..., 0]
+    z = np.take_along_axis(depth.reshape(*cost.shape[:2], -1), choice, axis=-1)
+    point = np.take_along_axis(shift.reshape(*cost.shape[:2], -1, 2), choice[..., None], axis=-2)[..., 0, :]
+    position = np.concatenate([point * z, z], axis=-1)
+    standing = np.take_along_axis(torso, choice[..., 0].T // len(HEADINGS), axis=1).T + SHOE_M
+    floor_cost, height = _floor(position, standing, prior, on_floor)
+    shared = np.zeros((len(_PITCHES), N_SHARED))
+    shared[:, PITCH], shared[:, HEIGHT] = _PITCHES, height
+    total = lowest.sum(axis=1) + floor_cost + np.array([prior.cost(s) for s in shared])
+    best = int(total.argmin())
+    return Start(shared[best], cost[best], np.log(depth[best]), shift[best])
 
 
 def _mean_bodies(lengths_m: FloatArray, model: BodyModel) -> tuple[FloatArray, FloatArray]:
@@ -76,44 +77,42 @@ def _mean_bodies(lengths_m: FloatArray, model: BodyModel) -> tuple[FloatArray, F
     return joints, torso
 
 
-def _lay(
-    points: FloatArray, weights: FloatArray, bodies: FloatArray, pitch: float, stature_m: FloatArray
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return cost, scale (statures over depth) (P, postures, headings) and the torso's point (..., 2)."""
-    axes = camera_axes(pitch, 0.0)[0] @ body_axes(HEADINGS)[0]
-    offsets = np.einsum("hij,pqkj->pqhki", axes, bodies)
+def _lay(points: FloatArray, weights: FloatArray, bodies: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return cost, scale (statures over depth) (pitches, P, postures, headings) and the torso's point (..., 2)."""
+    offsets = np.einsum("ghij,pqkj->gpqhik", _AXES, bodies, optimize=True)
     total = np.maximum(weights.sum(axis=1), 1e-12)
-    centre = (weights[..., None] * points).sum(axis=1) / total[:, None]
-    flat = offsets[..., :2] - centre[:, None, None, None, :] * offsets[..., 2:]
-    share = (weights / total[:, None])[:, None, None, :, None]
-    middle = (share * flat).sum(axis=-2)
-    about = flat - middle[..., None, :]
-    seen = (points - centre[:, None])[:, None, None]
-    power = (share * about**2).sum(axis=(-2, -1))
-    scale = (share * about * seen).sum(axis=(-2, -1)) / np.maximum(power, 1e-12)
+    share = weights / total[:, None]
+    centre = (share[..., None] * points).sum(axis=1)
+    flat = offsets[..., :2, :] - centre[:, None, None, :, None] * offsets[..., 2:, :]
+    middle = np.einsum("gpqhik,pk->gpqhi", flat, share, optimize=True)
+    about = flat - middle[..., None]
+    seen = (points - centre[:, None]).transpose(0, 2, 1)
+    power = np.einsum("gpqhik,pk->gpqh", about**2, share, optimize=True)
+    scale = np.einsum("gpqhik,pik->gpqh", about, share[:, None] * seen, optimize=True) / np.maximum(power, 1e-12)
     scale = np.maximum(scale, 1e-5)
-    squared = ((seen / scale[..., None, None] - about) ** 2).sum(axis=-1) * weights[:, None, None]
-    cost = ((_DOF + 2) / 2 * np.log1p(squared / _DOF)).sum(axis=-1)
+    residual = about
+    residual -= seen[:, None, None] / scale[..., None, None]
+    squared = (residual[..., 0, :] ** 2 + residual[..., 1, :] ** 2) * weights[:, None, None]
+    cost = (_DOF + 2) / 2 * np.log1p(squared / _DOF).sum(axis=-1)
     return cost, scale, centre[:, None, None] - scale[..., None] * middle
 
 
 def _floor(
-    position: FloatArray, torso_m: FloatArray, pitch: float, prior: SharedPrior, on_floor: FloatArray
-) -> tuple[float, float]:
-    """Return how badly the people fit one floor at this pitch, and the log of the camera's height above it."""
-    down = camera_axes(pitch, 0.0)[0][:, 1]
-    below = position @ down
+    position: FloatArray, torso_m: FloatArray, prior: SharedPrior, on_floor: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return how badly the people fit one floor at each pitch (G,), and the log of the camera's height above it (G,).
+
+    position: shape (G, P, 3). torso_m: shape (G, P), the torso's height above the floor.
+    """
+    below = np.einsum("gpi,gi->gp", position, _DOWN)
     heights = below + torso_m
     variance = (_DEPTH_REL_SD * below) ** 2 + (0.06 * torso_m) ** 2 + _FLOOR_SD_M**2
     typical = float(np.exp(prior.mean[HEIGHT]))
     weights = on_floor / variance
-    # the prior counts as one person seen badly
-    anchor = 1.0 / (prior.sd[HEIGHT] * 2 * typical) ** 2
-    height = typical
+    anchor = 1.0 / (prior.sd[HEIGHT] * 2 * typical) ** 2  # the prior counts as one person seen badly
+    height = np.full((len(position), 1), typical)
     for _ in range(3):
-        z2 = (heights - height) ** 2 / variance
-        robust = weights * (_DOF + 1) / (_DOF + z2)
-        height = float((robust @ heights + anchor * typical) / (robust.sum() + anchor))
-    z2 = (heights - height) ** 2 / variance
-    cost = float((on_floor * (_DOF + 1) / 2 * np.log1p(z2 / _DOF)).sum())
-    return cost, float(np.log(np.clip(height, 0.2, 50.0)))
+        robust = weights * (_DOF + 1) / (_DOF + (heights - height) ** 2 / variance)
+        height = ((robust * heights).sum(axis=1) + anchor * typical)[:, None] / (robust.sum(axis=1) + anchor)[:, None]
+    cost = (on_floor * (_DOF + 1) / 2 * np.log1p((heights - height) ** 2 / variance / _DOF)).sum(axis=1)
+    return cost, np.log(np.clip(height[:, 0], 0.2, 50.0))
