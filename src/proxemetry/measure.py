@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, field, replace
@@ -41,17 +42,26 @@ class Settings:
             raise SettingsError(f"method {self.method!r} is unknown: use one of {', '.join(METHODS)}")
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the settings as JSON values."""
-        return _plain(asdict(self))
+        """Return the settings as JSON values; of a camera table the name and the hash of what it says."""
+        fields = _plain(asdict(self))
+        table = self.focal.camera_table
+        if table is not None:
+            digest = hashlib.sha256(repr(table.rows).encode()).hexdigest()
+            fields["focal"]["camera_table"] = f"{Path(table.source).name} sha256:{digest}"
+        return fields
 
     @classmethod
     def from_dict(cls, fields: Mapping[str, Any], method: str | None = None) -> Settings:
-        """Return the settings that `to_dict` described; what it does not name is the default, `method` for its own."""
+        """Return the settings that `to_dict` described; what it does not name is the default, `method` for its own.
+
+        A camera table is not among them: scenes carry the cameras that were chosen by it.
+        """
         locate, focal = dict(fields.get("locate") or {}), dict(fields.get("focal") or {})
         for name in ("off_floor", "quirks"):
             locate[name] = frozenset(locate.get(name) or ())
         for part, name in ((locate, "body_sizes"), (focal, "sensor_mm")):
             part[name] = None if part.get(name) is None else tuple(part[name])
+        focal.pop("camera_table", None)
         return cls(
             fields.get("method") or method or DEFAULT_METHOD,
             LocateSettings(**locate),

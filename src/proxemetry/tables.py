@@ -57,6 +57,10 @@ def _about(key: str) -> Callable[[Scene], Value]:
     return lambda s: s.about.get(key)
 
 
+def _coordinate(key: str) -> Callable[[Scene], Value]:
+    return lambda s: float(s.about[key]) if key in s.about else None
+
+
 def _corrections(scene: Scene) -> Value:
     return int(scene.about.get("corrections", 0))
 
@@ -80,13 +84,20 @@ _PHOTOS = (
     Column("n_pairs", "INTEGER", "", "pairs with a distance", lambda s: s.distances.below(math.inf)),
     Column("seconds", "DOUBLE", "s", "computing time", lambda s: s.seconds),
     Column("focal_rel_sd", "DOUBLE", "", "relative standard deviation of the focal length", _camera("focal_rel_sd")),
-    Column("camera_flags", "VARCHAR", "", "what is doubtful about the camera", lambda s: "; ".join(s.camera.flags)),
+    Column(
+        "camera_flags", "VARCHAR", "", "what is doubtful about the camera", lambda s: "; ".join(s.camera.flags) or None
+    ),
     Column("camera_height_m", "DOUBLE", "m", "height of the camera above the floor", _floor("height_m")),
     Column("camera_pitch_deg", "DOUBLE", "deg", "camera pitch, positive looks down", _floor("pitch_rad", _DEGREES)),
     Column("date", "VARCHAR", "", "when the photo was taken (its metadata)", _about("date")),
     Column("country", "VARCHAR", "", "country (its metadata)", _about("country")),
     Column("city", "VARCHAR", "", "city (its metadata)", _about("city")),
     Column("source", "VARCHAR", "", "agency or source (its metadata)", _about("source")),
+    Column("creator", "VARCHAR", "", "who took the photo (its metadata; --with-names)", _about("creator")),
+    Column("caption", "VARCHAR", "", "caption (its metadata; --with-names)", _about("caption")),
+    Column("names", "VARCHAR", "", "names of those shown (its metadata; --with-names)", _about("people")),
+    Column("latitude_deg", "DOUBLE", "deg", "where it was taken (its metadata; --with-gps)", _coordinate("latitude")),
+    Column("longitude_deg", "DOUBLE", "deg", "where it was taken (its metadata; --with-gps)", _coordinate("longitude")),
     Column("corrections", "INTEGER", "", "corrections made by hand that are in these numbers", _corrections),
     Column("note", "VARCHAR", "", "a reviewer's remark", _about("note")),
 )
@@ -195,3 +206,17 @@ _PAIRS = (
 
 #: Table -> its columns, in order.
 TABLES: dict[str, tuple[Column, ...]] = {"photos": _PHOTOS, "people": _PEOPLE, "pairs": _PAIRS}
+
+
+def safe_distance_columns(limit_m: float | None) -> tuple[Column, ...]:
+    """Return the columns that the photos table has besides: the safe distance of the run and the pairs below it."""
+    return (
+        Column("safe_distance_m", "DOUBLE", "m", "the distance asked for with --safe-distance", lambda s: limit_m),
+        Column(
+            "n_below_safe",
+            "INTEGER",
+            "",
+            "pairs nearer than safe_distance_m",
+            lambda s: None if limit_m is None else s.distances.below(limit_m),
+        ),
+    )

@@ -16,6 +16,7 @@ from ..errors import ProxemetryError
 
 #: Command -> what `--help` says of it. Module `cli.COMMAND` has `configure(parser)` and `run(args) -> exit code`.
 COMMANDS: dict[str, str] = {
+    "measure": "measure how far apart the people in photos stand",
     "score": "score predictions against a benchmark's labels, or check a labels folder",
     "models": "list, fetch and check the networks that find people",
 }

@@ -1,0 +1,83 @@
+"""A figure for every photo of a results folder: the photo with people and distances beside the view from above."""
+
+from __future__ import annotations
+
+import importlib.util
+import multiprocessing
+import os
+from collections.abc import Callable, Iterator
+from concurrent.futures import ProcessPoolExecutor
+from functools import partial
+from itertools import islice
+from pathlib import Path
+
+from ..errors import PhotoError, SettingsError
+from ..photo import Photo
+from ..scene import Scene
+from .folder import is_url
+from .results import Results
+
+FOLDER = "overlays"
+_BATCH = 16
+
+
+def require_plotting(results: str) -> None:
+    """Raise SettingsError where figures cannot be drawn: matplotlib is missing or the results are behind a URL."""
+    if importlib.util.find_spec("matplotlib") is None:
+        raise SettingsError("--overlays needs matplotlib: pip install 'proxemetry[plot]'")
+    if is_url(results):
+        raise SettingsError(f"--overlays writes to a local folder only, not to {results}")
+
+
+def file_of(photo: str) -> str:
+    """Return the overlay's name of a photo, relative to the results folder."""
+    stays = photo.lower().endswith((".jpg", ".jpeg", ".png"))
+    # A photo outside the folder named is called ../x: its overlay stays inside.
+    inside = "/".join("_" if part == ".." else part for part in photo.split("/"))
+    return f"{FOLDER}/{inside}" if stays else f"{FOLDER}/{inside}.jpg"
+
+
+def draw(results: Results, *, faces: str = "show", jobs: int = 1, tell: Callable[[int], None] = lambda _: None) -> None:
+    """Draw the overlays that are not there yet or whose scene was corrected; `tell` hears how many more are done."""
+    root = Path(results.folder.location)
+    corrected = results.corrected()
+    locations = results.locations()
+    wanted = (
+        (scene.to_json(), locations.get(scene.photo))
+        for scene in results.scenes()
+        if scene.status != "failed" and (scene.photo in corrected or not (root / file_of(scene.photo)).exists())
+    )
+    work = partial(_draw_batch, str(root), faces)
+    if jobs <= 1:
+        for batch in _batches(wanted):
+            tell(work(batch))
+        return
+    with ProcessPoolExecutor(jobs, mp_context=multiprocessing.get_context("spawn")) as pool:
+        for drawn in pool.map(work, _batches(wanted)):
+            tell(drawn)
+
+
+def _batches(rows: Iterator[tuple[str, str | None]]) -> Iterator[list[tuple[str, str | None]]]:
+    while batch := list(islice(rows, _BATCH)):
+        yield batch
+
+
+def _draw_batch(root: str, faces: str, batch: list[tuple[str, str | None]]) -> int:
+    for text, location in batch:
+        _draw_one(root, faces, Scene.from_json(text), location)
+    return len(batch)
+
+
+def _draw_one(root: str, faces: str, scene: Scene, location: str | None) -> None:
+    from ..plots import overlay, save
+
+    path = Path(root, file_of(scene.photo))
+    path.parent.mkdir(parents=True, exist_ok=True)
+    photo = None
+    if location is not None and os.path.exists(location):
+        photo = Photo.open(location, scene.photo)
+    try:
+        figure = overlay(scene, photo, faces=faces)
+    except PhotoError:  # it went bad since it was measured: its row stays
+        figure = overlay(scene, None)
+    save(figure, path)

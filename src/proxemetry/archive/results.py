@@ -1,0 +1,147 @@
+"""A results folder as it is read: scenes with corrections applied, and the tables made of them."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from ..errors import OutputError
+from ..scene import Scene
+from ..tables import TABLES, safe_distance_columns
+from . import manifest, parts
+from .corrections import corrected_scenes
+from .folder import Folder, is_url
+from .parts import attached, quoted, record_of, structure
+
+RUN_FILE = "run.json"
+TABLE_FORMATS = ("csv", "parquet")
+
+
+@dataclass(frozen=True)
+class Results:
+    """The results folder at `location` (a path or an fsspec URL), complete or not."""
+
+    folder: Folder
+
+    @classmethod
+    def open(cls, location: str | Path) -> Results:
+        """Return an existing results folder; raises OutputError where there is none."""
+        folder = Folder(location)
+        if folder.read(RUN_FILE) is None:
+            raise OutputError(f"{folder.location}: no results there; `proxemetry measure PHOTOS --out DIR` makes them")
+        return cls(folder)
+
+    @property
+    def run(self) -> dict[str, Any]:
+        """What `run.json` says."""
+        content = self.folder.read(RUN_FILE)
+        if content is None:
+            raise OutputError(f"{self.folder.path(RUN_FILE)}: missing")
+        try:
+            return json.loads(content)
+        except ValueError as error:
+            raise OutputError(f"{self.folder.path(RUN_FILE)}: not JSON ({error})") from error
+
+    def missing_shards(self) -> list[int]:
+        """Return the shards of the manifest whose part is not there."""
+        listed = manifest.read(self.folder)
+        if listed is None:
+            return []
+        there = parts.finished(self.folder)
+        return [s for s in range(listed.n_shards) if s not in there]
+
+    def locations(self) -> dict[str, str | None]:
+        """Return where each photo's file is (or was when the run began), by name; None for recorded keypoints."""
+        listed = manifest.read(self.folder)
+        if listed is None:
+            return {}
+        root = listed.root
+        return {n: None if root is None else manifest.locate(root, n) for n in listed.photos}
+
+    def scenes(self, photos: Iterable[str] | None = None, *, corrected: bool = True) -> Iterator[Scene]:
+        """Yield the scenes in the order of their names, corrections applied; `photos` names some of them."""
+        changed = self.corrected() if corrected else {}
+        for scene in parts.scenes(self.folder, photos):
+            yield changed.get(scene.photo, scene)
+
+    def corrected(self) -> dict[str, Scene]:
+        """Return the scenes that a person corrected, by photo, with the corrections applied to what was measured."""
+        if is_url(self.folder.location):  # the log is a database beside the results: a local file
+            return {}
+        return corrected_scenes(
+            self.folder.location, lambda photos: parts.scenes(self.folder, photos, with_copies=photos is not None)
+        )
+
+    def write_tables(self, safe_distance_m: float | None = None) -> None:
+        """Write photos, people and pairs as CSV and Parquet; raises OutputError where they cannot be written."""
+        duck = attached(self.folder)
+        duck.execute(f"CREATE OR REPLACE TEMP VIEW measured AS {self._rows()}")
+        for table in TABLES:
+            query = _table_query(table, safe_distance_m)
+            for form in TABLE_FORMATS:
+                options = "FORMAT csv, HEADER" if form == "csv" else "FORMAT parquet, COMPRESSION zstd"
+                with self.folder.writing(f"{table}.{form}") as temporary:
+                    duck.execute(f"COPY ({query}) TO {quoted(temporary)} ({options})")
+
+    def _rows(self) -> str:
+        """Return the query for all rows of all parts, those of corrected scenes replaced."""
+        every = (
+            f"SELECT * EXCLUDE (scene) FROM read_parquet({quoted(self.folder.path(parts.FOLDER))} || '/part-*.parquet')"
+        )
+        changed = self.corrected()
+        if not changed:
+            return every
+        rows = f"[{','.join(record_of(scene).json for scene in changed.values())}]"
+        duck = attached(self.folder)
+        duck.execute(
+            "CREATE OR REPLACE TEMP TABLE corrected AS SELECT * EXCLUDE (scene) FROM "
+            "(SELECT unnest(from_json($rows::JSON, $structure), max_depth := 2))",
+            {"rows": rows, "structure": structure()},
+        )
+        return f"{every} WHERE photo NOT IN (SELECT photo FROM corrected) UNION ALL BY NAME FROM corrected"
+
+
+def _table_query(table: str, safe_distance_m: float | None) -> str:
+    columns = ", ".join(c.name for c in TABLES[table])
+    if table == "photos":
+        limit = "NULL::DOUBLE" if safe_distance_m is None else f"{float(safe_distance_m)!r}::DOUBLE"
+        names = [c.name for c in safe_distance_columns(safe_distance_m)]
+        values = (
+            limit,
+            f"CASE WHEN {limit} IS NOT NULL THEN len(list_filter(pairs, lambda p: p.distance_m < {limit})) END",
+        )
+        extra = ", ".join(f"{value} AS {name}" for name, value in zip(names, values, strict=True))
+        return f"SELECT {columns}, {extra} FROM measured ORDER BY photo"
+    key = "person" if table == "people" else "person_a, person_b"
+    return (
+        f"SELECT {columns} FROM (SELECT photo, unnest({table}, max_depth := 2) FROM "
+        f"(SELECT photo, {table} FROM measured)) ORDER BY photo, {key}"
+    )
+
+
+def write_run(folder: Folder, fields: Mapping[str, Any]) -> None:
+    """Write `run.json`."""
+    folder.write(RUN_FILE, (json.dumps(fields, indent=2, sort_keys=False) + "\n").encode())
+
+
+def forget(folder: Folder) -> None:
+    """Remove what an earlier run wrote, corrections and anything not ours left alone."""
+    for name in folder.names(parts.FOLDER, ".parquet"):
+        if name.startswith("part-"):
+            folder.remove(f"{parts.FOLDER}/{name}")
+    for name in folder.names(manifest.FOLDER, ".parquet"):
+        folder.remove(f"{manifest.FOLDER}/{name}")
+    for table in TABLES:
+        for form in TABLE_FORMATS:
+            folder.remove(f"{table}.{form}")
+    folder.remove(RUN_FILE)
+    if not is_url(folder.location):
+        folder.sweep(parts.FOLDER)
+        overlays = Path(folder.location) / "overlays"
+        for where, _, files in os.walk(overlays):
+            for file in files:
+                Path(where, file).unlink()

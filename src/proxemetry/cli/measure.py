@@ -1,0 +1,191 @@
+"""`proxemetry measure`: photos in, a results folder out."""
+
+from __future__ import annotations
+
+import argparse
+import signal
+import sys
+
+from ..archive.results import Results
+from ..archive.run import ENGINES, Outcome
+from ..archive.run import run as run_archive
+from ..archive.work import Job
+from ..camera_table import CameraTable
+from ..errors import SettingsError
+from ..focal import FocalRequest
+from ..locate import BODY_SIZES, FLOORS, METHODS, LocateSettings
+from ..locate.pinhole import QUIRKS
+from ..measure import DEFAULT_METHOD, Settings
+from ..pose import EFFORTS, PoseOptions
+from . import DONE, NOTHING_DONE, SOME_FAILED
+from .progress import Reporter
+from .tally import print_results
+
+_EXAMPLES = """examples:
+  proxemetry measure photos --out results
+  proxemetry measure photos --out results --overlays --safe-distance 1.5
+  proxemetry measure IMG_1.JPG IMG_2.JPG --out results --focal-mm 50 --sensor-mm 36x24
+  proxemetry measure scans --out results --assume-fov 50           no metadata: an assumption, and marked as one
+  proxemetry measure --pose recorded:keypoints.json --out results  keypoints from elsewhere, photos or not
+  proxemetry measure archive --out results --shard 3/40            one of 40 jobs on one shared folder
+
+The same command again goes on where it was stopped, and measures what was added. Results: DIR/photos.csv, people.csv
+and pairs.csv (also as Parquet), DIR/scenes/, DIR/run.json, DIR/overlays/. Exit codes: 0 done; 1 done, but some photos
+failed (their rows say why); 2 nothing could be done.
+"""
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add this command's options."""
+    parser.epilog = _EXAMPLES
+    parser.add_argument(
+        "paths", nargs="*", metavar="PATH", help="photos, folders (searched all the way down), globs, URLs"
+    )
+    parser.add_argument("--out", required=True, metavar="DIR", help="results folder, a path or a URL")
+    _add_method(parser)
+    _add_camera(parser)
+    _add_output(parser)
+    _add_run(parser)
+
+
+def _add_method(parser: argparse.ArgumentParser) -> None:
+    group = parser.add_argument_group("method")
+    group.add_argument(
+        "--pose", default="auto", metavar="NAME", help="back end: auto, a name, or recorded:FILE (default: auto)"
+    )
+    group.add_argument("--effort", default="normal", choices=EFFORTS, help="how hard people are looked for")
+    group.add_argument("--method", default=DEFAULT_METHOD, choices=METHODS, help=f"default: {DEFAULT_METHOD}")
+    group.add_argument(
+        "--body-size", default=LocateSettings().body_size, choices=BODY_SIZES, help="whose body lengths hold"
+    )
+    group.add_argument(
+        "--child-weight", type=float, metavar="SHARE", help="share of children where --body-size is mixed"
+    )
+    group.add_argument(
+        "--floor", default=LocateSettings().floor, choices=FLOORS, help="whether people share one level floor"
+    )
+    group.add_argument(
+        "--quirks", type=_names, default=frozenset[str](), metavar="A,B", help="the published code's peculiarities"
+    )
+
+
+def _add_camera(parser: argparse.ArgumentParser) -> None:
+    group = parser.add_argument_group("camera (what is stated here goes before the photos' metadata)")
+    group.add_argument("--focal-mm", type=float, metavar="F", help="focal length of the lens, millimetres")
+    group.add_argument("--sensor-mm", type=_size, metavar="WxH", help="width and height of the sensor, millimetres")
+    group.add_argument("--focal-35mm", type=float, metavar="F", help="35 mm equivalent focal length")
+    group.add_argument("--focal-px", type=float, metavar="F", help="focal length in pixels of the photos")
+    group.add_argument(
+        "--assume-fov", type=float, metavar="DEG", help="horizontal field of view to assume where nothing is known"
+    )
+    group.add_argument("--camera-table", metavar="FILE", help="CSV of what is known of single photos or cameras")
+    group.add_argument("--no-undistort", action="store_true", help="leave the lens's distortion in")
+
+
+def _add_output(parser: argparse.ArgumentParser) -> None:
+    group = parser.add_argument_group("output")
+    group.add_argument(
+        "--overlays", action="store_true", help="draw every photo with people, distances and the view from above"
+    )
+    group.add_argument(
+        "--faces", default="show", choices=("show", "blur"), help="in overlays: blur pixelates the heads"
+    )
+    group.add_argument("--safe-distance", type=float, metavar="M", help="count the pairs nearer than M metres")
+    group.add_argument("--with-names", action="store_true", help="take names and captions of the metadata along")
+    group.add_argument("--with-gps", action="store_true", help="take the coordinates of the metadata along")
+
+
+def _add_run(parser: argparse.ArgumentParser) -> None:
+    group = parser.add_argument_group("run")
+    group.add_argument(
+        "--jobs", type=int, metavar="N", help="worker processes; default: one a core; 0: none, for debugging"
+    )
+    group.add_argument("--engine", default="local", choices=ENGINES, help="ray: a cluster")
+    group.add_argument("--shard", type=_share, metavar="I/N", help="do the I-th of N parts of the work (I from 1)")
+    group.add_argument("--restart", action="store_true", help="begin anew: measure again what the folder has already")
+    group.add_argument("--offline", action="store_true", help="fetch nothing: fail where a network is not here")
+
+
+def _size(text: str) -> tuple[float, float]:
+    width, _, height = text.lower().partition("x")
+    try:
+        return float(width), float(height)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r}: write WxH in millimetres, like 36x24") from None
+
+
+def _share(text: str) -> tuple[int, int]:
+    part, _, whole = text.partition("/")
+    try:
+        return int(part), int(whole)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r}: write I/N, like 3/40") from None
+
+
+def _names(text: str) -> frozenset[str]:
+    return frozenset(name.strip() for name in text.split(",") if name.strip())
+
+
+def run(args: argparse.Namespace) -> int:
+    """Measure, print what came out, and return the exit code."""
+    job = _job(args)
+    if args.jobs is not None and args.jobs < 0:
+        raise SettingsError(f"--jobs {args.jobs}: it must be 0 or more")
+    if args.safe_distance is not None and not args.safe_distance > 0:
+        raise SettingsError(f"--safe-distance {args.safe_distance}: it must be a positive number of metres")
+    if args.overlays:
+        from ..archive.overlays import require_plotting
+
+        require_plotting(args.out)
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # a batch system's way of saying Ctrl-C
+    with Reporter() as reporter:
+        outcome = run_archive(
+            args.paths, job, jobs=args.jobs, engine=args.engine, shard=args.shard, restart=args.restart,
+            safe_distance_m=args.safe_distance, tell=reporter,
+        )  # fmt: skip
+    return _finish(args, outcome)
+
+
+def _job(args: argparse.Namespace) -> Job:
+    table = CameraTable.read(args.camera_table) if args.camera_table else None
+    focal = FocalRequest(
+        args.focal_mm, args.focal_35mm, args.focal_px, args.sensor_mm, args.assume_fov, camera_table=table
+    )
+    if unknown := args.quirks - set(QUIRKS):
+        raise SettingsError(f"--quirks {', '.join(sorted(unknown))}: use {', '.join(QUIRKS)}")
+    weight = LocateSettings().child_weight if args.child_weight is None else args.child_weight
+    locate = LocateSettings(args.body_size, floor=args.floor, quirks=args.quirks, child_weight=weight)
+    return Job(
+        args.out,
+        args.pose,
+        PoseOptions(effort=args.effort, offline=args.offline),
+        Settings(args.method, locate, focal, undistort=not args.no_undistort),
+        args.with_names,
+        args.with_gps,
+    )
+
+
+def _finish(args: argparse.Namespace, outcome: Outcome) -> int:
+    if not outcome.complete:
+        left = outcome.n_shards - outcome.finished
+        print(
+            f"{args.out}: {outcome.measured.photos} photos measured; {left} of {outcome.n_shards} parts are still to "
+            "come from the other shards; whoever finishes last writes the tables",
+            file=sys.stderr,
+        )
+        return SOME_FAILED if outcome.measured.failed else DONE
+    results = Results.open(args.out)
+    if args.overlays:
+        _draw(results, args)
+    failed = print_results(results)
+    if failed == outcome.photos and outcome.photos:
+        print(f"proxemetry: {args.out}: none of the photos could be read; their rows say why", file=sys.stderr)
+        return NOTHING_DONE
+    return SOME_FAILED if failed else DONE
+
+
+def _draw(results: Results, args: argparse.Namespace) -> None:
+    from ..archive.overlays import draw
+    from ..archive.pool import default_jobs
+
+    draw(results, faces=args.faces, jobs=default_jobs() if args.jobs is None else args.jobs)

@@ -1,0 +1,76 @@
+"""How far a run is, on stderr: a bar on a terminal, a line now and then in a log file."""
+
+from __future__ import annotations
+
+import sys
+import time
+from types import TracebackType
+from typing import Any
+
+from ..archive.schedule import Progress
+
+_SECONDS_BETWEEN_LINES = 30.0
+
+
+class Reporter:
+    """Call it with every step; leaving it closes the bar."""
+
+    def __init__(self) -> None:
+        self._bar: Any = None
+        self._started = self._said = 0.0
+        self._last = Progress(0, 0, 0)
+
+    def __enter__(self) -> Reporter:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if self._bar is not None:
+            self._bar.close()
+        elif self._started and self._last.total and not sys.stderr.isatty():
+            self._say()
+
+    def __call__(self, progress: Progress) -> None:
+        """Show one step."""
+        if not self._started:
+            self._started = self._said = time.monotonic()
+        self._last = progress
+        for trace in progress.errors:
+            self._write(f"proxemetry: a bug in one photo; the run goes on. Please report it:\n{trace}")
+        if sys.stderr.isatty():
+            self._show()
+        elif time.monotonic() - self._said >= _SECONDS_BETWEEN_LINES:
+            self._say()
+
+    def _show(self) -> None:
+        from tqdm import tqdm
+
+        if self._bar is None:
+            self._bar = tqdm(total=self._last.total, unit="photo", dynamic_ncols=True, smoothing=0.05)
+        self._bar.update(self._last.done - self._bar.n)
+        if self._last.failed:
+            self._bar.set_postfix_str(f"{self._last.failed} failed", refresh=False)
+
+    def _say(self) -> None:
+        """Write one line that reads well in a log."""
+        self._said = time.monotonic()
+        done, total = self._last.done, self._last.total
+        rate = done / max(self._said - self._started, 1e-9)
+        left = f", {_duration((total - done) / rate)} left" if rate and done < total else ""
+        failed = f", {self._last.failed} failed" if self._last.failed else ""
+        self._write(f"{time.strftime('%H:%M:%S')} {done}/{total} photos, {rate:.2f} photos/s{left}{failed}")
+
+    def _write(self, text: str) -> None:
+        if self._bar is not None:
+            self._bar.write(text, file=sys.stderr)
+        else:
+            print(text, file=sys.stderr, flush=True)
+
+
+def _duration(seconds: float) -> str:
+    """Return a duration as people say it."""
+    minutes, hours = round(seconds / 60), seconds / 3600
+    if seconds < 90:
+        return f"{seconds:.0f} s"
+    return f"{minutes} min" if hours < 2 else f"{hours:.0f} h" if hours < 72 else f"{hours / 24:.0f} days"

@@ -1,0 +1,75 @@
+"""What a run came to, printed: a line a photo for a few, the totals for all."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ..archive.parts import attached, quoted
+from ..archive.results import Results
+from ..distances import ZONES
+
+_PHOTO_LINES = 40
+
+
+def print_results(results: Results) -> int:
+    """Print the tables of a results folder in short; return how many photos failed."""
+    folder = results.folder
+    duck = attached(folder)
+    photos, pairs = (f"read_parquet({quoted(folder.path(f'{t}.parquet'))})" for t in ("photos", "pairs"))
+    totals = _one_row(
+        duck,
+        "SELECT count(*) photos, count(*) FILTER (status = 'ok') measured, count(*) FILTER (status = 'failed') failed, "
+        "count(*) FILTER (status = 'no_camera') no_camera, count(*) - count(DISTINCT nullif(sha256, '')) "
+        "- count(*) FILTER (coalesce(sha256, '') = '') copies, sum(n_people) people, sum(n_pairs) pairs, "
+        f"any_value(safe_distance_m) safe_m, sum(n_below_safe) below FROM {photos}",
+    )
+    if totals["photos"] <= _PHOTO_LINES:
+        _print_photos(duck, photos, pairs)
+    _print_totals(duck, totals, pairs)
+    print(f"tables in {folder.location}: photos, people and pairs as CSV and Parquet")
+    return totals["failed"]
+
+
+def _one_row(duck: Any, query: str) -> dict[str, Any]:
+    cursor = duck.execute(query)
+    names = [d[0] for d in cursor.description]
+    return dict(zip(names, cursor.fetchone(), strict=True))
+
+
+def _print_photos(duck: Any, photos: str, pairs: str) -> None:
+    rows = duck.execute(
+        "SELECT photo, status, reason, n_people, n_pairs, nearest, low_m, high_m, person_a, person_b FROM "
+        f"{photos} LEFT JOIN (SELECT photo, min(distance_m) nearest, arg_min(low_m, distance_m) low_m, "
+        "arg_min(high_m, distance_m) high_m, arg_min(person_a, distance_m) person_a, "
+        f"arg_min(person_b, distance_m) person_b FROM {pairs} GROUP BY photo) USING (photo) ORDER BY photo"
+    ).fetchall()
+    width = min(48, max(len("photo"), *(len(row[0]) for row in rows)))
+    print(f"{'photo':{width}}  people  pairs  nearest pair")
+    for photo, status, reason, people, n_pairs, nearest, low, high, a, b in rows:
+        said = "" if nearest is None else f"{a}-{b}: {nearest:.2f} m [{low:.2f}, {high:.2f}]"
+        if status != "ok" or (nearest is None and reason):
+            said = f"{status.replace('_', ' ')}: {reason}" if status != "ok" else reason
+        shown = photo if len(photo) <= width else "..." + photo[3 - width :]
+        print(f"{shown:{width}}  {people:6d}  {n_pairs:5d}  {said}")
+    print()
+
+
+def _print_totals(duck: Any, totals: dict[str, Any], pairs: str) -> None:
+    rest = [
+        f"{totals[key]} {text}"
+        for key, text in (("no_camera", "without a focal length"), ("failed", "failed"), ("copies", "copies of others"))
+        if totals[key]
+    ]
+    print(f"photos   {totals['photos']}: {totals['measured']} measured{''.join(', ' + r for r in rest)}")
+    print(f"people   {totals['people'] or 0}")
+    counts = ", ".join(f"count(*) FILTER (zone = '{zone}') {zone}" for zone in ZONES)
+    found = _one_row(
+        duck, f"SELECT count(*) n, median(distance_m) median, {counts} FROM {pairs} WHERE distance_m IS NOT NULL"
+    )
+    if not found["n"]:
+        print("pairs    0")
+        return
+    zones = ", ".join(f"{zone} {found[zone] / found['n']:.0%}" for zone in ZONES)
+    print(f"pairs    {found['n']}: median {found['median']:.2f} m; {zones}")
+    if totals["safe_m"] is not None:
+        print(f"         {totals['below']} nearer than {totals['safe_m']:g} m")

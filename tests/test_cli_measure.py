@@ -1,0 +1,203 @@
+"""`proxemetry measure` from outside: exit codes, one clear line or row for each bad input, and the tables."""
+
+import csv
+import json
+import os
+import subprocess
+import sys
+from importlib.util import find_spec
+from pathlib import Path
+
+import pytest
+from small_photos import write_photo, write_photos
+
+import proxemetry
+from proxemetry.cli import main
+from proxemetry.distances import ZONES
+from proxemetry.tables import TABLES
+
+FAKE = ["--pose", "python:small_photos:two_people", "--jobs", "0"]
+
+
+@pytest.fixture
+def measure(tmp_path, capsys):
+    """Return a function that measures into tmp_path/out and returns exit code, stdout and stderr."""
+
+    def run(*arguments, out=tmp_path / "out", fake=True):
+        code = main(["measure", *(FAKE if fake else []), *map(str, arguments), "--out", str(out)])
+        said = capsys.readouterr()
+        return code, said.out, said.err
+
+    return run
+
+
+def table(folder, name):
+    with (Path(folder) / f"{name}.csv").open(newline="", encoding="utf-8") as file:
+        return list(csv.DictReader(file))
+
+
+def test_every_photo_and_pair_has_its_row(measure, tmp_path):
+    write_photos(tmp_path / "photos", 5)
+    code, out, _ = measure(tmp_path / "photos", "--safe-distance", "2")
+    assert code == 0
+    photos, people, pairs = (table(tmp_path / "out", name) for name in ("photos", "people", "pairs"))
+    assert [p["photo"] for p in photos] == [f"00/photo_{i:05d}.jpg" for i in range(5)]
+    assert {p["status"] for p in photos} == {"ok"}
+    assert [p["person"] for p in people] == ["0", "1"] * 5
+    assert len(pairs) == 5
+    for pair in pairs:
+        assert 0 < float(pair["low_m"]) < float(pair["distance_m"]) < float(pair["high_m"])
+        assert pair["zone"] in ZONES
+    below = sum(float(p["distance_m"]) < 2 for p in pairs)
+    assert sum(int(p["n_below_safe"]) for p in photos) == below
+    assert {p["safe_distance_m"] for p in photos} == {"2.0"}
+    assert "photos   5: 5 measured" in out
+    assert f"{below} nearer than 2 m" in out
+    run = json.loads((tmp_path / "out" / "run.json").read_text())
+    assert run["pose"] == "python:small_photos:two_people"
+    assert run["settings"]["method"]
+
+
+def test_columns_are_those_of_the_codebook(measure, tmp_path):
+    write_photos(tmp_path / "photos", 1)
+    measure(tmp_path / "photos")
+    for name, columns in TABLES.items():
+        header = (tmp_path / "out" / f"{name}.csv").read_text().splitlines()[0].split(",")
+        assert header[: len(columns)] == [c.name for c in columns]
+
+
+def test_bad_photos_are_rows(measure, tmp_path):
+    photos = tmp_path / "photos"
+    whole = write_photo(photos / "whole.jpg", 1)
+    (photos / "truncated.jpg").write_bytes(whole.read_bytes()[: whole.stat().st_size // 2])
+    (photos / "text.jpg").write_text("not a photo")
+    (photos / "empty.jpg").write_bytes(b"")
+    code, _, _ = measure(photos)
+    assert code == 1
+    rows = {row["photo"]: row for row in table(tmp_path / "out", "photos")}
+    assert rows["whole.jpg"]["status"] == "ok"
+    for bad in ("truncated.jpg", "text.jpg", "empty.jpg"):
+        assert rows[bad]["status"] == "failed"
+        assert rows[bad]["reason"]
+        assert str(tmp_path) not in rows[bad]["reason"]
+    assert len(table(tmp_path / "out", "people")) == 2
+
+
+def test_a_photo_without_focal_length_lists_its_people(measure, tmp_path):
+    from PIL import Image
+
+    path = write_photo(tmp_path / "photos" / "a.png", 1)
+    Image.open(path).convert("RGB").save(tmp_path / "photos" / "b.bmp")  # no EXIF
+    code, out, _ = measure(tmp_path / "photos" / "b.bmp")
+    assert code == 0
+    (row,) = table(tmp_path / "out", "photos")
+    assert (row["photo"], row["status"], row["n_people"], row["n_pairs"]) == ("b.bmp", "no_camera", "2", "0")
+    assert "focal" in row["reason"]
+    assert "1 without a focal length" in out
+    (pair,) = table(tmp_path / "out", "pairs")
+    assert pair["distance_m"] == ""
+    assert pair["reason"]
+
+
+def test_a_bug_in_one_photo_is_a_row_and_shows_its_traceback(measure, tmp_path):
+    write_photos(tmp_path / "photos", 9)
+    arguments = ["--pose", "python:small_photos:broken_at_seven", "--jobs", "0"]
+    code, _, err = measure(tmp_path / "photos", *arguments, fake=False)
+    assert code == 1
+    bad = [row for row in table(tmp_path / "out", "photos") if row["status"] == "failed"]
+    assert [(row["photo"], "ZeroDivisionError: seven" in row["reason"]) for row in bad] == [
+        ("00/photo_00007.jpg", True)
+    ]
+    assert "Traceback" in err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["missing"], "no such file or folder"),
+        (["empty"], "no photos there"),
+        (["photos/*.webp"], "no photos match"),
+        ([], "no photos named"),
+        (["photos", "--focal-mm", "50", "--focal-px", "1000"], "leave one out"),
+        (["photos", "--focal-mm", "-1"], "--focal-mm"),
+        (["photos", "--assume-fov", "500"], "--assume-fov"),
+        (["photos", "--safe-distance", "-1"], "--safe-distance"),
+        (["photos", "--jobs", "-2"], "--jobs"),
+        (["photos", "--shard", "0/4"], "--shard"),
+        (["photos", "--quirks", "nonsense"], "nonsense"),
+        (["photos", "--child-weight", "2"], "child weight"),
+        (["photos", "--camera-table", "missing.csv"], "missing.csv"),
+        (["photos", "--pose", "telepathy"], "telepathy"),
+        (["photos", "--pose", "recorded:missing.json"], "missing.json"),
+        (["photos", "--pose", "recorded:broken.json"], "broken.json"),
+        (["--pose", "recorded:broken.json"], "broken.json"),
+    ],
+)
+def test_what_cannot_be_done_is_one_line(measure, tmp_path, monkeypatch, arguments, said):
+    write_photos(tmp_path / "photos", 1)
+    (tmp_path / "empty").mkdir()
+    (tmp_path / "broken.json").write_text('{"images": [')
+    monkeypatch.chdir(tmp_path)
+    fake = "--pose" not in arguments
+    if any("recorded" in a for a in arguments) and find_spec("proxemetry.pose.recorded") is None:
+        pytest.skip("recorded keypoints are not there yet")
+    code, out, err = measure(*arguments, *([] if fake else ["--jobs", "0"]), fake=fake)
+    assert code == 2
+    assert out == ""
+    assert len(err.splitlines()) == 1
+    assert said in err
+    assert not (tmp_path / "out" / "photos.csv").exists()
+
+
+def test_a_folder_that_cannot_be_written_is_one_line(measure, tmp_path):
+    write_photos(tmp_path / "photos", 1)
+    (tmp_path / "file").write_text("in the way")
+    code, _, err = measure(tmp_path / "photos", out=tmp_path / "file" / "out")
+    assert code == 2
+    assert len(err.splitlines()) == 1
+    assert "cannot be written" in err
+
+
+def test_nothing_readable_is_exit_code_2(measure, tmp_path):
+    (tmp_path / "photos").mkdir()
+    (tmp_path / "photos" / "text.jpg").write_text("not a photo")
+    code, _, err = measure(tmp_path / "photos")
+    assert code == 2
+    assert len(table(tmp_path / "out", "photos")) == 1
+    assert "none of the photos could be read" in err
+
+
+def test_other_settings_are_refused_by_name_and_restart_begins_anew(measure, tmp_path):
+    write_photos(tmp_path / "photos", 2)
+    assert measure(tmp_path / "photos")[0] == 0
+    code, _, err = measure(tmp_path / "photos", "--method", "torso", "--assume-fov", "40")
+    assert code == 2
+    assert len(err.splitlines()) == 1
+    assert "--method was" in err
+    assert "--assume-fov was not given, is 40" in err
+    assert "--restart" in err
+    assert measure(tmp_path / "photos", "--method", "torso", "--restart")[0] == 0
+    assert {row["method"] for row in table(tmp_path / "out", "people")} == {"torso"}
+
+
+def test_overlays_lie_beside_the_tables(measure, tmp_path):
+    pytest.importorskip("matplotlib")
+    write_photos(tmp_path / "photos", 1)
+    assert measure(tmp_path / "photos", "--overlays")[0] == 0
+    assert (tmp_path / "out" / "overlays" / "00" / "photo_00000.jpg").read_bytes()[:2] == b"\xff\xd8"
+    code, _, _ = measure(tmp_path, "--overlays", out=tmp_path / "out")  # the overlays are no photos of the archive
+    assert code == 0
+    assert len(table(tmp_path / "out", "photos")) == 1
+
+
+def test_the_command_as_it_is_typed(tmp_path):
+    write_photos(tmp_path / "photos", 3)
+    here = str(Path(__file__).parent)
+    path = os.pathsep.join([here, str(Path(proxemetry.__file__).parents[1])])
+    done = subprocess.run(
+        [sys.executable, "-m", "proxemetry", "measure", "photos", "--out", "out", *FAKE[:2], "--jobs", "2"],
+        cwd=tmp_path, env={**os.environ, "PYTHONPATH": path}, capture_output=True, text=True,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert "3/3 photos" in done.stderr
+    assert len(table(tmp_path / "out", "pairs")) == 3
