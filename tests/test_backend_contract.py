@@ -41,7 +41,6 @@ def backend(request: pytest.FixtureRequest, caches: None) -> PoseBackend:
     if request.param == "blazepose":
         try:
             weights.fetch(weights.EMBEDDED)
-            backend_named("blazepose")
         except ModelError as error:
             pytest.skip(f"blazepose: {error}")
     if not is_available(request.param):

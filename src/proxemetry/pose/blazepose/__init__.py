@@ -1,0 +1,107 @@
+"""The embedded pose back end: several people a photo from MediaPipe's BlazePose and face networks, run with LiteRT.
+
+MediaPipe's own pipeline finds one person. Here windows of several sizes are searched for bodies and faces
+(`detectors`), each find is looked at by the landmark network (`search`, `landmarks`), sightings are scored
+(`score`), the same person is kept once (`duplicates`), and pupils come from the face networks (`eyes`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from types import MappingProxyType
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ... import weights
+from ...errors import SettingsError
+from ...people import People
+from ...photo import Photo
+from ...skeleton import BLAZEPOSE_33
+from .. import PoseOptions
+from .detectors import FACE_HEAD, POSE_HEAD, Boxes, Detector
+from .duplicates import without_duplicates
+from .eyes import PupilFinder
+from .landmarks import Candidate, Landmarks
+from .regions import Picture
+from .score import PERSON_MINIMUM, face_of, person_score
+from .search import EFFORTS, Search, Sighting, neighbours, proposals
+
+FloatArray = NDArray[np.float64]
+
+#: Photos are decoded at no more than this: a torso of a tenth of the photo is then 240 px long, more than a crop holds.
+_LONG_SIDE_PX = 2400
+#: Who is at least this sure has neighbours looked for.
+_SURE = 0.7
+
+
+def open_backend(argument: str, options: PoseOptions) -> BlazePose:
+    """Return the embedded back end; its networks are fetched at first use unless that is forbidden."""
+    if argument:
+        raise SettingsError(f"pose back end blazepose takes no argument, not {argument!r}")
+    located = weights.require(weights.EMBEDDED, may_fetch=True, offline=options.offline)
+    return BlazePose(
+        {name: one.path for name, one in located.items()},
+        effort=options.effort,
+        threads=options.threads,
+        hashes={name: one.sha256 for name, one in located.items()},
+    )
+
+
+class BlazePose:
+    """The embedded back end. One instance a worker: the networks' buffers are its own."""
+
+    name = "blazepose"
+    skeleton = BLAZEPOSE_33
+
+    def __init__(
+        self, paths: Mapping[str, Path], *, effort: str = "normal", threads: int = 2, hashes: Mapping[str, str]
+    ) -> None:
+        self.effort = EFFORTS[effort]
+        self.models: Mapping[str, str] = MappingProxyType(dict(hashes))
+        self._pose = Detector(paths["pose_detection.tflite"], POSE_HEAD, threads)
+        self._face = Detector(paths["face_detection_full_range_sparse.tflite"], FACE_HEAD, threads)
+        self._landmarks = Landmarks(paths["pose_landmark_full.tflite"], threads)
+        self._pupils = PupilFinder(paths["face_landmark.tflite"], paths["iris_landmark.tflite"])
+
+    def detect(self, photo: Photo) -> People:
+        """Return the people in a photo, best first; joints outside the photo are not seen."""
+        pixels = photo.pixels(_LONG_SIDE_PX)
+        picture = Picture(pixels)
+        found, faces = proposals(picture, self._pose, self._face, self.effort)
+        search = Search(picture, self._landmarks, self.effort.looks)
+        first = search.visit(found)
+        if self.effort.neighbours:
+            sure = [s for s in first if _scored(s, faces) > _SURE]
+            search.visit(neighbours(sure))
+        people = self._people(picture, search.sightings, faces)
+        return people.scaled(photo.width / picture.width, photo.height / picture.height)
+
+    def _people(self, picture: Picture, sightings: list[Sighting], faces: Boxes) -> People:
+        scores = np.array([_scored(s, faces) for s in sightings])
+        likely = np.flatnonzero(scores > PERSON_MINIMUM)
+        kept = likely[without_duplicates([sightings[i].candidate for i in likely], scores[likely])]
+        if not len(kept):
+            return People.none(BLAZEPOSE_33)
+        keypoints, joint_scores = zip(*(self._joints(picture, sightings[i], faces) for i in kept), strict=True)
+        return People(BLAZEPOSE_33, np.array(keypoints), np.array(joint_scores), person_scores=scores[kept])
+
+    def _joints(self, picture: Picture, sighting: Sighting, faces: Boxes) -> tuple[FloatArray, FloatArray]:
+        """Return keypoints (33, 2) and scores (33,) of one person; NaN outside the picture."""
+        candidate: Candidate = sighting.candidate
+        keypoints, scores = candidate.keypoints_px.copy(), candidate.visibility * candidate.presence
+        face = face_of(sighting, faces)
+        pupils = None if face is None else self._pupils.find(picture, faces.boxes_px[face], faces.points_px[face])
+        if pupils is not None:
+            for joint, pupil in (("left_eye", pupils.left_px), ("right_eye", pupils.right_px)):
+                keypoints[BLAZEPOSE_33.joints.index(joint)] = pupil
+        outside = ((keypoints < 0) | (keypoints > (picture.width, picture.height))).any(axis=1)
+        keypoints[outside], scores[outside] = np.nan, 0.0
+        return keypoints, scores
+
+
+def _scored(sighting: Sighting, faces: Boxes) -> float:
+    face = face_of(sighting, faces)
+    sighting.face = 0.0 if face is None else float(faces.scores[face])
+    return person_score(sighting)

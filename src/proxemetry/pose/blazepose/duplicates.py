@@ -1,0 +1,74 @@
+"""Two candidates of one person: which pairs are the same, and who of them stays."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...skeleton import BLAZEPOSE_33, COCO_17
+from .landmarks import Candidate
+
+FloatArray = NDArray[np.float64]
+
+_COCO = np.array([BLAZEPOSE_33.joints.index(joint) for joint in COCO_17.joints])
+# COCO's per-joint tolerances (object keypoint similarity).
+_TOLERANCE = np.array([
+    0.026, 0.025, 0.025, 0.035, 0.035, 0.079, 0.079, 0.072, 0.072, 0.062, 0.062, 0.107, 0.107, 0.087, 0.087, 0.089,
+    0.089,
+])  # fmt: skip
+_NOSE, _EARS, _SHOULDERS, _HIPS = [0], [7, 8], [11, 12], [23, 24]
+_FACE = [0, 2, 5, 7, 8]
+
+# Two people side by side have a keypoint similarity near 0, two looks at one person above 0.6; a torso whose points
+# lie mostly in the other's silhouette belongs to the other. Both from the measured prototype.
+_SAME_POSE, _INSIDE = 0.45, 0.6
+
+
+def torso_px(candidate: Candidate) -> float:
+    """Return the length of the torso, or the shoulders' breadth where that is longer (a person seen from above)."""
+    points = candidate.keypoints_px
+    length = np.linalg.norm(points[_SHOULDERS].mean(axis=0) - points[_HIPS].mean(axis=0))
+    return float(max(length, np.linalg.norm(points[11] - points[12]), 1.0))
+
+
+def are_same(a: Candidate, b: Candidate) -> bool:
+    """Return whether two candidates are the same person."""
+    size_a, size_b = torso_px(a), torso_px(b)
+    larger, smaller = max(size_a, size_b), min(size_a, size_b)
+    heads = np.linalg.norm(a.keypoints_px[_FACE].mean(axis=0) - b.keypoints_px[_FACE].mean(axis=0))
+    shoulders = np.linalg.norm(a.keypoints_px[_SHOULDERS].mean(axis=0) - b.keypoints_px[_SHOULDERS].mean(axis=0))
+    if _similarity(a, b) > _SAME_POSE or (heads < 0.25 * larger and shoulders < 0.45 * larger):
+        return True
+    if _share_inside(a, b) > _INSIDE and (smaller / larger < 0.85 or heads < 0.5 * larger):
+        return True
+    return _share_inside(b, a) > _INSIDE and bool(heads < 0.6 * larger)
+
+
+def without_duplicates(candidates: list[Candidate], scores: FloatArray) -> list[int]:
+    """Return the rows of those who stay, best score first: nobody is the same as a better one."""
+    kept: list[int] = []
+    for row in np.argsort(-scores, kind="stable"):
+        if not any(are_same(candidates[row], candidates[other]) for other in kept):
+            kept.append(int(row))
+    return kept
+
+
+def _similarity(a: Candidate, b: Candidate) -> float:
+    """Return the object keypoint similarity of the 17 common joints, weighted by visibility."""
+    scale = 2.2 * min(torso_px(a), torso_px(b))  # sqrt of the body's area, in torsos
+    weights = np.minimum(a.visibility, b.visibility)[_COCO] + 1e-3
+    squared = ((a.keypoints_px - b.keypoints_px)[_COCO] ** 2).sum(axis=1)
+    return float((np.exp(-squared / (8 * (scale * _TOLERANCE) ** 2)) * weights).sum() / weights.sum())
+
+
+def _share_inside(a: Candidate, b: Candidate) -> float:
+    """Return the share of a's head and torso points that lie in b's silhouette."""
+    points = a.keypoints_px
+    shoulders, hips = points[_SHOULDERS], points[_HIPS]
+    middles = np.stack([shoulders.mean(axis=0), hips.mean(axis=0), np.concatenate([shoulders, hips]).mean(axis=0)])
+    tested = np.concatenate([points[_NOSE], points[_EARS], shoulders, hips, middles])
+    side = b.mask.shape[0]
+    cells = np.floor(b.region.from_photo(tested) * side).astype(int)
+    inside = ((cells >= 0) & (cells < side)).all(axis=1)
+    cells = np.clip(cells, 0, side - 1)
+    return float(np.where(inside, b.mask[cells[:, 1], cells[:, 0]], 0.0).mean())

@@ -1,0 +1,121 @@
+"""The landmark network: one square of the photo in, one person's 33 joints out, with the evidence for them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...skeleton import BLAZEPOSE_33
+from .networks import Network
+from .regions import Picture, Region
+
+FloatArray = NDArray[np.float64]
+
+_JOINTS = len(BLAZEPOSE_33)
+_POINTS = 39  # 33 joints, 2 points that say where to look next, 4 unused
+_HEAT = 64
+_MASK = 64
+_MIRROR = np.array([*BLAZEPOSE_33.mirror, 33, 34, 35, 36, 37, 38])
+#: MediaPipe refines a landmark from a 7 x 7 patch of its heat map where that reaches 0.5.
+_PATCH, _PATCH_MINIMUM = 7, 0.5
+
+
+@dataclass(frozen=True, eq=False)
+class Candidate:
+    """What the network says of one square.
+
+    keypoints_px: (33, 2). visibility, presence, peaks: (33,), 0..1; the last is the height of each heat map.
+    flag: whether a person is there, 0..1. world_m: (33, 3), metres about the hips, x right and y down in the photo,
+    z away from the camera. mask: (64, 64) over the square, 0..1. region: where it looked; next_region: where it would
+    look again.
+    """
+
+    keypoints_px: FloatArray
+    visibility: FloatArray
+    presence: FloatArray
+    peaks: FloatArray
+    flag: float
+    world_m: FloatArray
+    mask: FloatArray
+    region: Region
+    next_region: Region
+
+    @property
+    def drift(self) -> float:
+        """How far the network would rather look from where it looked, in sizes of the square; 0 where content."""
+        a, b = self.region, self.next_region
+        return math.hypot(a.x - b.x, a.y - b.y) / a.size + abs(math.log(b.size / a.size))
+
+
+class Landmarks:
+    """The landmark network at work on a picture; counts its runs."""
+
+    def __init__(self, path: Path, threads: int) -> None:
+        self._network = Network(path, threads)
+        self.runs = 0
+
+    def look(self, picture: Picture, region: Region, mirrored: bool = False) -> Candidate:
+        """Return what the network sees in a region; `mirrored` shows it the region flipped left to right."""
+        self.runs += 1
+        side = self._network.side
+        crop = picture.crop(region, side)
+        if mirrored:
+            crop = crop[:, ::-1]
+        outputs = self._network(crop.astype(np.float32) / np.float32(255))
+        values = outputs[_POINTS * 5].reshape(_POINTS, 5).astype(float)
+        heat = outputs[_HEAT * _HEAT * _POINTS].reshape(_HEAT, _HEAT, _POINTS)
+        mask = outputs[side * side].reshape(side, side)[
+            side // _MASK // 2 :: side // _MASK, side // _MASK // 2 :: side // _MASK
+        ]
+        world = outputs[_POINTS * 3].reshape(_POINTS, 3).astype(float)
+        points = _refined(values[:, :2] / side, heat)
+        peaks = _sigmoid(heat.reshape(-1, _POINTS).max(axis=0))
+        if mirrored:
+            points, values, peaks, world, mask = _flipped(points, values, peaks, world, mask)
+        angle = region.angle_rad
+        world[:, :2] = world[:, :2] @ np.array(
+            [[math.cos(angle), math.sin(angle)], [-math.sin(angle), math.cos(angle)]]
+        )
+        photo = region.to_photo(points)
+        return Candidate(
+            photo[:_JOINTS], _sigmoid(values[:_JOINTS, 3]), _sigmoid(values[:_JOINTS, 4]), peaks[:_JOINTS],
+            float(outputs[1].ravel()[0]), world[:_JOINTS], _sigmoid(mask), region,
+            Region.around(photo[_JOINTS], photo[_JOINTS + 1], 1.25),
+        )  # fmt: skip
+
+
+def _refined(points: FloatArray, heat: NDArray[np.float32]) -> FloatArray:
+    """Move each point to the centre of mass of its heat map nearby, where that is sure enough; fractions in and out."""
+    column, row = (np.floor(points * _HEAT).astype(int)).T
+    inside = (column >= 0) & (column < _HEAT) & (row >= 0) & (row < _HEAT)
+    steps = np.arange(_PATCH) - _PATCH // 2
+    rows = np.clip(row, 0, _HEAT - 1)[:, None] + steps
+    columns = np.clip(column, 0, _HEAT - 1)[:, None] + steps
+    valid = ((rows >= 0) & (rows < _HEAT))[:, :, None] & ((columns >= 0) & (columns < _HEAT))[:, None, :]
+    joint = np.arange(len(points))[:, None, None]
+    clipped = np.clip(rows, 0, _HEAT - 1)[:, :, None], np.clip(columns, 0, _HEAT - 1)[:, None, :]
+    patch = np.where(valid, _sigmoid(heat[*clipped, joint]), 0.0)
+    total = patch.sum(axis=(1, 2))
+    mass = np.stack(
+        [(patch * columns[:, None, :]).sum(axis=(1, 2)), (patch * rows[:, :, None]).sum(axis=(1, 2))], axis=1
+    )
+    sure = inside & (patch.max(axis=(1, 2)) >= _PATCH_MINIMUM)
+    return np.where(sure[:, None], mass / np.maximum(total, 1e-9)[:, None] / _HEAT, points)
+
+
+def _flipped(
+    points: FloatArray, values: FloatArray, peaks: FloatArray, world: FloatArray, mask: NDArray[np.float32]
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, NDArray[np.float32]]:
+    """Return what was seen in a mirrored square as in the square itself, left and right named anew."""
+    return (
+        (points * (-1, 1) + (1, 0))[_MIRROR], values[_MIRROR], peaks[_MIRROR], (world * (-1, 1, 1))[_MIRROR],
+        mask[:, ::-1],
+    )  # fmt: skip
+
+
+def _sigmoid(values: NDArray[np.floating]) -> FloatArray:
+    return 1 / (1 + np.exp(-np.clip(values.astype(float), -60, 60)))
