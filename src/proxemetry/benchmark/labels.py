@@ -48,8 +48,9 @@ class LabelImage:
     """One photo's truth: P annotated people.
 
     marks: every annotated point in the file's order. tags: the people, in order of first mention. parts_px: shape
-    (P, 4, 2) in the order of `skeleton.PARTS`, NaN where not annotated. positions_mm: shape (P, 3). places_mm: tag ->
-    position of everybody in the shoot, seen here or not. focal_mm: NaN where no file gives it.
+    (P, 4, 2) in the order of `skeleton.PARTS`, NaN where not annotated, the first where annotated twice. positions_mm:
+    shape (P, 3). places_mm: tag -> position of everybody in the shoot, seen here or not. focal_mm: NaN where no file
+    gives it.
     """
 
     filename: str
@@ -158,7 +159,7 @@ def _image(
                 f"{folder / TRUTH_FILE}: shoot {shoot} has no {tag}, whom {BODY_FILE} shows in {filename}"
             )
     parts = np.full((len(tags), len(PARTS), 2), np.nan)
-    for mark in marks:
+    for mark in reversed(marks):  # of a point annotated twice the first stays
         parts[tags.index(mark.tag), PARTS.index(mark.part)] = mark.x, mark.y
     positions = np.array([places[tag] for tag in tags], dtype=float).reshape(-1, 3)
     return LabelImage(filename, *size, shoot, camera, setting, focal_mm, marks, tags, parts, positions, places)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 
 from ..distances import ZONES
 from .metrics import Summary
@@ -82,3 +83,37 @@ def _zones(summary: Summary) -> list[str]:
 
 def _number(value: float) -> str:
     return f"{value:.2f}" if math.isfinite(value) else "-"
+
+
+def comparison(scores: Mapping[str, Score]) -> str:
+    """Return one line a method: the figures to choose by, under the protocol and the labels they were scored on."""
+    first = next(iter(scores.values()))
+    heads = (
+        "method", "pairs", "unscored", "error %", "95 %", "median %", "bias %", "found", "false", "cover", "width m",
+    )  # fmt: skip
+    rows: list[tuple[str, ...]] = [heads]
+    for name, score in scores.items():
+        o = score.overall
+        low, high = o.ci95.get("pair_error_pct_mean_over_images", (math.nan, math.nan))
+        rows.append((
+            name, str(o.n_pairs), str(o.n_unscored), _number(o.pair_error_pct_mean_over_images),
+            f"{low:.1f}-{high:.1f}" if math.isfinite(low) else "-", _number(o.pair_error_pct_median_over_pairs),
+            _number(o.signed_bias_pct), _number(o.detection_rate), _number(o.false_discovery_rate),
+            _number(o.coverage_90), _number(o.interval_width_mm_mean / 1000),
+        ))  # fmt: skip
+    baseline = ["-"] * len(heads)
+    baseline[:4] = [
+        "1.70 m for all",
+        str(first.overall.n_annotated_pairs),
+        "-",
+        _number(first.overall.baseline_constant_pct),
+    ]
+    rows.append(tuple(baseline))
+    widths = [max(len(row[k]) for row in rows) for k in range(len(heads))]
+    lines = [
+        "  ".join([row[0].ljust(widths[0]), *(cell.rjust(w) for cell, w in zip(row[1:], widths[1:], strict=True))])
+        for row in rows
+    ]
+    caption = f"protocol {first.protocol}; labels {first.labels}; {first.overall.n_images} photos"
+    explained = "error: mean over photos; median, bias: over pairs; cover: of the 90 % intervals"
+    return "\n".join([caption, *lines, f"({explained})"]) + "\n"

@@ -18,6 +18,7 @@ from ..errors import ProxemetryError
 COMMANDS: dict[str, str] = {
     "measure": "measure how far apart the people in photos stand",
     "score": "score predictions against a benchmark's labels, or check a labels folder",
+    "benchmark": "run methods on a benchmark's photos, or its annotated points, and score them",
     "models": "list, fetch and check the networks that find people",
 }
 

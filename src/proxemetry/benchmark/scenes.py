@@ -1,0 +1,31 @@
+"""Scenes of a run as predictions: our own methods take the same road as anybody's."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..skeleton import PARTS
+from .predictions import Prediction
+
+if TYPE_CHECKING:
+    from ..scene import Scene
+
+_MM = 1000.0
+
+
+def prediction_of(scene: Scene) -> Prediction:
+    """Return a scene as a prediction; people who could not be placed stay, without a position."""
+    known = scene.width_px > 0 and scene.height_px > 0
+    return Prediction(
+        scene.photo,
+        scene.width_px if known else None,
+        scene.height_px if known else None,
+        np.stack([scene.people.part(part) for part in PARTS], axis=1),
+        scene.bodies.positions_m * _MM,
+        None,
+        scene.distances.low_m * _MM,
+        scene.distances.high_m * _MM,
+        scene.bodies.up,
+    )

@@ -1,0 +1,105 @@
+"""`proxemetry benchmark`: run a method on a benchmark's photos, or on its annotated points, and score it."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from ..benchmark import DEFAULT_PROTOCOL, PROTOCOLS, Predictions, Score, read_labels, score, write_predictions
+from ..benchmark.report import comparison
+from ..benchmark.tables import TABLES
+from ..errors import OutputError, SettingsError
+from ..locate import BODY_SIZES, METHODS, LocateSettings
+from ..measure import DEFAULT_METHOD, Settings
+from ..trial import predict_labels, predict_photos
+from . import DONE
+from .score import show
+
+HOW = """KORTE is 96 photographs of people at measured places. The photos and labels are their authors' to give:
+
+1. Open https://doi.org/10.23729/b2ea87e6-b845-46b8-abf3-cdbe299ce8b0 and download the photos and the three label
+   files (body_pixel_locations.csv, ground_truth_locations.csv, camera_locations_photoshoot_identifiers.csv).
+2. Put the label files into one folder, say korte/labels, and the photos into another, say korte/photos.
+3. Check the labels:        proxemetry score --check korte/labels
+4. Run and score:           proxemetry benchmark --images korte/photos --labels korte/labels --out korte/run
+   The same command again goes on where it was stopped.
+5. The paper's tables:      proxemetry score korte/run/predictions_combined.json --labels korte/labels --table all
+                            --protocol seker2021
+
+Without the photos the geometry alone can be tried on the annotated points, given each photo's focal length in
+korte/labels/focal_lengths.csv (columns filename,focal_length_mm):
+                            proxemetry benchmark --keypoints labels --labels korte/labels --method all
+
+Cite the benchmark as: M. Seker, A. Männistö, A. Iosifidis, J. Raitoharju, Automatic social distance estimation for
+photographic studies, Machine Learning with Applications, 2022, doi 10.1016/j.mlwa.2022.100427.
+"""
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add the command's options."""
+    parser.epilog = "`proxemetry benchmark --how` explains where the photos come from, step by step."
+    parser.add_argument("--how", action="store_true", help="explain how to get the photos and run the benchmark")
+    parser.add_argument("--labels", metavar="DIR", help="folder with the three label files")
+    parser.add_argument("--images", metavar="DIR", help="folder with the photos")
+    parser.add_argument(
+        "--keypoints", choices=("labels",), help="labels: the annotated points as keypoints, no photos needed"
+    )
+    parser.add_argument(
+        "--method", default=DEFAULT_METHOD, metavar="NAMES",
+        help=f"one or more of {', '.join(METHODS)}, with commas between them, or all (default: {DEFAULT_METHOD})",
+    )  # fmt: skip
+    parser.add_argument("--protocol", choices=list(PROTOCOLS), default=DEFAULT_PROTOCOL)
+    parser.add_argument("--pose", default="auto", metavar="NAME", help="the back end that finds people in the photos")
+    parser.add_argument("--body-size", choices=BODY_SIZES, default="adults", help="KORTE shows adults (the default)")
+    parser.add_argument("--out", metavar="DIR", help="keep results, predictions and scores here; needed with --images")
+    parser.add_argument("--jobs", type=int, metavar="N", help="worker processes (default: one a core)")
+    parser.add_argument("--table", choices=list(TABLES), help="one of the paper's tables")
+    parser.add_argument("--format", choices=("text", "csv", "latex"), default="text", help="of --table")
+    parser.add_argument("--plot", metavar="FILE", help="draw the score, or the table, here")
+    parser.add_argument("--json", metavar="FILE", help="write the score of a single method here")
+    parser.add_argument("--csv", metavar="FILE", help="write one row a photo of a single method here")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Run the methods and print their scores."""
+    if args.how:
+        print(HOW, end="")
+        return DONE
+    if not args.labels or (args.images is None) == (args.keypoints is None):
+        raise SettingsError("benchmark needs --labels DIR and either --images DIR or --keypoints labels; see --how")
+    methods = _methods(args.method)
+    labels = read_labels(args.labels, errata=PROTOCOLS[args.protocol].errata)
+    settings = {m: Settings(method=m, locate=LocateSettings(body_size=args.body_size)) for m in methods}
+    if args.images:
+        if not args.out:
+            raise SettingsError("--images needs --out DIR: what is finished is kept there, and a rerun goes on from it")
+        answers = predict_photos(args.images, args.out, settings, pose=args.pose, jobs=args.jobs)
+    else:
+        answers = {m: Predictions(predict_labels(labels, s), f"{m} on annotated points") for m, s in settings.items()}
+    scores = {m: score(labels, given, args.protocol) for m, given in answers.items()}
+    if args.out:
+        _keep(Path(args.out), answers, scores, args.protocol)
+    if len(scores) > 1 and not args.table:
+        print(comparison(scores), end="")
+    else:
+        show(scores, args)
+    return DONE
+
+
+def _methods(names: str) -> list[str]:
+    methods = list(METHODS) if names == "all" else [name.strip() for name in names.split(",")]
+    for method in methods:
+        if method not in METHODS:
+            raise SettingsError(f"method {method!r} is unknown: use some of {', '.join(METHODS)}, or all")
+    return methods
+
+
+def _keep(folder: Path, answers: dict[str, Predictions], scores: dict[str, Score], protocol: str) -> None:
+    """Write each method's predictions and score."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        for method, given in answers.items():
+            write_predictions(folder / f"predictions_{method}.json", given)
+            (folder / f"score_{method}_{protocol}.json").write_text(scores[method].to_json(), encoding="utf-8")
+    except OSError as error:
+        raise OutputError(f"{folder}: cannot be written ({error.strerror})") from error
