@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
+from importlib import import_module
 from pathlib import Path
 
 import numpy as np
@@ -67,12 +68,9 @@ def predict_photos(
     people are looked for once, and each method places the same people. Corrections by hand do not count. Raises what
     `archive.run` raises.
     """
-    from .archive.results import Results
-    from .archive.run import run
-    from .archive.work import Job
-
-    run([str(images)], Job(str(out), pose), jobs=jobs)
-    scenes = list(Results.open(str(out)).scenes(corrected=False))
+    results, run, work = (import_module(f"proxemetry.archive.{name}") for name in ("results", "run", "work"))
+    run.run([str(images)], work.Job(str(out), pose), jobs=jobs)
+    scenes: list[Scene] = list(results.Results.open(str(out)).scenes(corrected=False))
     return {
         method: Predictions(
             tuple(prediction_of(scene if scene.status == "failed" else remeasure(scene, chosen)) for scene in scenes),

@@ -91,11 +91,10 @@ def person_sizes_px(image: LabelImage) -> FloatArray:
         np.linalg.norm(image.parts_px[:, PARTS.index(a)] - image.parts_px[:, PARTS.index(b)], axis=-1) / unit
         for (a, b), unit in _UNITS.items()
     ])  # fmt: skip
-    known = np.isfinite(estimates).any(axis=0)
-    sizes = np.full(len(image), image.height * _CLOSE_UP_SHARE)
-    sizes[known] = np.nanmedian(estimates[:, known], axis=0)
-    if known.any():
-        sizes[~known] = np.median(sizes[known])
+    said = [column[np.isfinite(column)] for column in estimates.T]
+    known = [float(np.median(values)) for values in said if len(values)]
+    usual = float(np.median(known)) if known else image.height * _CLOSE_UP_SHARE
+    sizes = np.array([float(np.median(values)) if len(values) else usual for values in said])
     return np.maximum(sizes, 1.0)
 
 
