@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from importlib import import_module
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -50,8 +50,11 @@ def scenes_of_labels(labels: Labels, settings: Settings) -> Iterator[Scene]:
 
 
 def predict_labels(labels: Labels, settings: Settings) -> tuple[Prediction, ...]:
-    """Return a method's answers from the annotated points of every photo."""
-    return tuple(prediction_of(scene) for scene in scenes_of_labels(labels, settings))
+    """Return a method's answers from the annotated points of every photo, who is who being known."""
+    scenes = scenes_of_labels(labels, settings)
+    return tuple(
+        replace(prediction_of(scene), points_px=image.parts_px) for image, scene in zip(labels, scenes, strict=True)
+    )
 
 
 def predict_photos(
@@ -68,9 +71,12 @@ def predict_photos(
     people are looked for once, and each method places the same people. Corrections by hand do not count. Raises what
     `archive.run` raises.
     """
-    results, run, work = (import_module(f"proxemetry.archive.{name}") for name in ("results", "run", "work"))
-    run.run([str(images)], work.Job(str(out), pose), jobs=jobs)
-    scenes: list[Scene] = list(results.Results.open(str(out)).scenes(corrected=False))
+    from .archive.results import Results
+    from .archive.run import run
+    from .archive.work import Job
+
+    run([str(images)], Job(str(out), pose), jobs=jobs)
+    scenes = list(Results.open(str(out)).scenes(corrected=False))
     return {
         method: Predictions(
             tuple(prediction_of(scene if scene.status == "failed" else remeasure(scene, chosen)) for scene in scenes),
