@@ -34,6 +34,7 @@ LAYERS = (
     ("plots",),
     ("benchmark",),
     ("archive",),
+    ("trial",),
     ("report",),
     ("web",),
     ("cli",),

@@ -8,9 +8,10 @@ shoulders and of eyes are not annotated, so what needs them places nobody.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -21,6 +22,9 @@ from .measure import Settings, place, remeasure
 from .people import People
 from .scene import Scene
 from .skeleton import KORTE_PARTS, PARTS
+
+if TYPE_CHECKING:
+    from .archive.schedule import Progress
 
 #: Both cameras of KORTE have this sensor (Seker et al. 2021, section 3.2); synthetic photos are made with it.
 SENSOR_WIDTH_MM = 36.0
@@ -64,18 +68,19 @@ def predict_photos(
     *,
     pose: str = "auto",
     jobs: int | None = None,
+    tell: Callable[[Progress], None] = lambda _: None,
 ) -> dict[str, Predictions]:
     """Find the people of a folder of photos, and return the answers of each named method.
 
     The results folder `out` keeps a run with default settings, whatever the methods: a run that was stopped goes on,
-    people are looked for once, and each method places the same people. Corrections by hand do not count. Raises what
-    `archive.run` raises.
+    people are looked for once, and each method places the same people. Corrections by hand do not count. `tell` hears
+    of the run's progress. Raises what `archive.run` raises.
     """
     from .archive.results import Results
     from .archive.run import run
     from .archive.work import Job
 
-    run([str(images)], Job(str(out), pose), jobs=jobs)
+    run([str(images)], Job(str(out), pose), jobs=jobs, tell=tell)
     scenes = list(Results.open(str(out)).scenes(corrected=False))
     return {
         method: Predictions(

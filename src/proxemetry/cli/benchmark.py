@@ -73,7 +73,10 @@ def run(args: argparse.Namespace) -> int:
     if args.images:
         if not args.out:
             raise SettingsError("--images needs --out DIR: what is finished is kept there, and a rerun goes on from it")
-        answers = predict_photos(args.images, args.out, settings, pose=args.pose, jobs=args.jobs)
+        from .progress import Reporter
+
+        with Reporter() as reporter:
+            answers = predict_photos(args.images, args.out, settings, pose=args.pose, jobs=args.jobs, tell=reporter)
     else:
         answers = {m: Predictions(predict_labels(labels, s), f"{m} on annotated points") for m, s in settings.items()}
     scores = {m: score(labels, given, args.protocol) for m, given in answers.items()}
