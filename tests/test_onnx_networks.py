@@ -1,0 +1,239 @@
+"""Whole back ends over small networks of every head type, whose answers are known from what was drawn."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from network_files import constant_network, dots, joints_network, yolox_detector
+
+from proxemetry.errors import ModelError, SettingsError
+from proxemetry.photo import Photo
+from proxemetry.pose import PoseOptions, backend_named
+from proxemetry.pose.network import Network
+from proxemetry.pose.onnx_backend import OnnxBackend
+from proxemetry.pose.specification import READY, read_specification
+
+ort = pytest.importorskip("onnxruntime")
+
+IMAGENET = "mean = [123.675, 116.28, 103.53]\nstd = [58.395, 57.12, 57.375]\n"
+
+#: Where a figure's joints lie within its bounds, a row a joint, 0..1: no two closer than two dots.
+FIGURE = np.array(
+    [
+        (0.5, 0.08), (0.8, 0.0), (0.2, 0.0), (1.0, 0.08), (0.0, 0.08), (0.95, 0.25), (0.05, 0.25), (1.0, 0.42),
+        (0.0, 0.42), (0.9, 0.58), (0.1, 0.58), (0.7, 0.62), (0.3, 0.62), (0.75, 0.8), (0.25, 0.8), (0.8, 1.0),
+        (0.2, 1.0),
+    ]
+)  # fmt: skip
+
+
+def figure(x: float, y: float, width: float = 150, height: float = 250) -> np.ndarray:
+    """A figure whose bounds have their middle at (x, y)."""
+    return (FIGURE - 0.5) * (width, height) + (x, y)
+
+
+#: In the letterbox (scale 1/2) the middles fall on the middles of stride-8 cells: 16 n + 8 in the photo.
+PHOTO_SIZE = (832, 624)
+PEOPLE = [figure(168, 200), figure(424, 328), figure(664, 360)]
+
+
+def specification(folder: Path, head: str = "heatmap-msra", batch: int | str = 1, more: str = "") -> str:
+    yolox_detector(folder / "detector.onnx", 416, (75, 125))
+    joints_network(folder / "pose.onnx", head, batch)
+    path = folder / "spec.toml"
+    path.write_text(
+        f'skeleton = "coco17"\nperson_score = 0.1\nkeypoint_score = 0.05\n{more}'
+        '[detector]\nfile = "detector.onnx"\ndecode = "yolox"\ncolours = "bgr"\n'
+        f'[pose]\nfile = "pose.onnx"\ndecode = "{head}"\n{IMAGENET}'
+    )
+    return str(path)
+
+
+@pytest.mark.parametrize("head", ["heatmap-msra", "heatmap-udp", "simcc"])
+def test_every_head_finds_every_joint_where_it_was_drawn(tmp_path: Path, head: str) -> None:
+    backend = backend_named(f"onnx:{specification(tmp_path, head)}")
+    people = backend.detect(Photo.from_array(dots(PHOTO_SIZE, PEOPLE)))
+    assert len(people) == 3
+    people = people[np.argsort(people.boxes_px[:, 0])]
+    for person, joints in enumerate(PEOPLE):
+        bounds = np.concatenate([joints.min(axis=0), joints.max(axis=0)])
+        assert people.boxes_px[person] == pytest.approx(bounds, abs=1e-3)
+        # 250 px drawn 1.25 times as large on 256: a pixel of the photo is 0.82 of the input's
+        assert np.abs(people.keypoints_px[person] - joints).max() < 0.6
+        assert np.abs((people.keypoints_px[person] - joints).mean(axis=0)).max() < 0.1
+
+
+def test_a_photo_with_nobody_has_nobody(tmp_path: Path) -> None:
+    backend = backend_named(f"onnx:{specification(tmp_path)}")
+    assert len(backend.detect(Photo.from_array(dots(PHOTO_SIZE, [])))) == 0
+
+
+def test_batches_and_threads_change_nothing(tmp_path: Path) -> None:
+    photo = Photo.from_array(dots(PHOTO_SIZE, PEOPLE))
+    found = []
+    for batch, threads in ((1, 1), (1, 2), ("batch", 1), ("batch", 2)):
+        source = specification(tmp_path, "simcc", batch)
+        found.append(backend_named(f"onnx:{source}", PoseOptions(threads=threads)).detect(photo))
+    for other in found[1:]:
+        assert np.allclose(found[0].keypoints_px, other.keypoints_px, atol=1e-3)
+
+
+def test_a_person_on_a_seam_of_tiles_is_one_person(tmp_path: Path) -> None:
+    source = specification(tmp_path)
+    text = Path(source).read_text().replace('colours = "bgr"', 'colours = "bgr"\ntiles = [1.0, 0.7]')
+    Path(source).write_text(text)
+    assert len(backend_named(f"onnx:{source}").detect(Photo.from_array(dots(PHOTO_SIZE, PEOPLE)))) == 3
+
+
+def test_colours_in_the_wrong_order_are_not_found(tmp_path: Path) -> None:
+    """The order of the channels matters to these networks, as to real ones: the tests above would notice."""
+    source = specification(tmp_path)
+    Path(source).write_text(Path(source).read_text().replace(IMAGENET, f'colours = "bgr"\n{IMAGENET}'))
+    people = backend_named(f"onnx:{source}").detect(Photo.from_array(dots(PHOTO_SIZE, PEOPLE)))
+    assert len(people) == 0 or np.nanmax(np.abs(people.keypoints_px[0] - PEOPLE[0])) > 5
+
+
+def test_a_detector_that_suppresses_by_itself(tmp_path: Path) -> None:
+    """MMDeploy's form: boxes with scores, and a class each; only class 0 is a person."""
+    source = specification(tmp_path)
+    boxes = np.array([[[46.5, 37.5, 121.5, 162.5, 0.9], [10, 10, 60, 60, 0.9], [0, 0, 5, 5, 0.1]]], np.float32)
+    constant_network(tmp_path / "detector.onnx", (416, 416), boxes, np.array([[0, 7, 0]]))
+    Path(source).write_text(Path(source).read_text().replace('"yolox"', '"boxes"'))
+    people = backend_named(f"onnx:{source}").detect(Photo.from_array(dots(PHOTO_SIZE, PEOPLE)))
+    assert people.boxes_px == pytest.approx(np.array([[93, 75, 243, 325]]))
+    assert np.abs(people.keypoints_px[0] - PEOPLE[0]).max() < 0.6
+
+
+def test_a_one_stage_network_comes_back_to_the_photo(tmp_path: Path) -> None:
+    """640 wide for 1280: one pixel of the input is two of the photo, and a whole number names a pixel's middle."""
+    boxes = np.array([[[100, 50, 200, 350, 0.8], [100, 50, 201, 351, 0.7], [300, 50, 400, 300, 0.1]]], np.float32)
+    joints = np.zeros((1, 3, 17, 3), np.float32)
+    joints[..., :2] = (FIGURE * (100, 300) + (100, 50)).astype(np.float32)
+    joints[..., 2] = 0.9
+    constant_network(tmp_path / "one.onnx", (640, 640), boxes, joints)
+    spec = tmp_path / "one.toml"
+    spec.write_text('skeleton = "coco17"\n[one_stage]\nfile = "one.onnx"\ndecode = "rtmo"\nscore = 0.3\n')
+    people = backend_named(f"onnx:{spec}").detect(Photo.from_array(np.full((720, 1280, 3), 50, np.uint8)))
+    assert len(people) == 1, "the second is the first seen again, the third too unsure"
+    assert people.boxes_px[0] == pytest.approx([200, 100, 400, 700])
+    assert people.keypoints_px[0] == pytest.approx((FIGURE * (100, 300) + (100, 50) + 0.5) * 2, abs=1e-3)
+    assert people.scores == pytest.approx(0.9)
+    # the geometric mean of the box's score and of the joints'
+    assert people.person_scores[0] == pytest.approx(np.sqrt(0.8 * 0.9))
+
+
+def test_joints_beyond_the_photo_and_unsure_ones_are_missing(tmp_path: Path) -> None:
+    boxes = np.array([[[0, 0, 100, 640, 0.8]]], np.float32)
+    joints = np.full((1, 1, 17, 3), 50.0, np.float32)
+    joints[..., 2] = 0.9
+    joints[0, 0, 5, 0], joints[0, 0, 6, 2] = -3.0, 0.1
+    constant_network(tmp_path / "one.onnx", (640, 640), boxes, joints)
+    spec = tmp_path / "one.toml"
+    spec.write_text('skeleton = "coco17"\n[one_stage]\nfile = "one.onnx"\ndecode = "rtmo"\n')
+    people = backend_named(f"onnx:{spec}").detect(Photo.from_array(np.full((640, 640, 3), 50, np.uint8)))
+    assert np.flatnonzero(people.scores[0] == 0).tolist() == [5, 6]
+    assert np.isnan(people.keypoints_px[0, [5, 6]]).all()
+
+
+def test_a_skeleton_of_another_size_is_refused(tmp_path: Path) -> None:
+    source = specification(tmp_path)
+    Path(source).write_text(Path(source).read_text().replace("coco17", "halpe26"))
+    with pytest.raises(ModelError, match="17 joints, and halpe26 has 26"):
+        backend_named(f"onnx:{source}").detect(Photo.from_array(dots(PHOTO_SIZE, PEOPLE)))
+
+
+def test_a_head_that_is_none_is_refused(tmp_path: Path) -> None:
+    source = specification(tmp_path)
+    constant_network(tmp_path / "detector.onnx", (416, 416), np.zeros((1, 100, 85), np.float32))
+    with pytest.raises(ModelError, match="no YOLOX head for an input of 416 x 416"):
+        backend_named(f"onnx:{source}").detect(Photo.from_array(dots(PHOTO_SIZE, [])))
+
+
+def test_a_gpu_that_is_not_there_is_an_error(tmp_path: Path) -> None:
+    if set(ort.get_available_providers()) & {"CUDAExecutionProvider", "ROCMExecutionProvider"}:
+        pytest.skip("this machine has a GPU runtime")
+    path = yolox_detector(tmp_path / "detector.onnx", 416, (75, 125))
+    with pytest.raises(ModelError, match="a GPU was asked for, and this ONNX Runtime has none"):
+        Network(path, device="gpu")
+
+
+def test_a_gpu_that_falls_back_to_the_processor_is_an_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The runtime is built for CUDA, but the driver's libraries are absent: it warns and computes on the processor."""
+    path = yolox_detector(tmp_path / "detector.onnx", 416, (75, 125))
+    session = ort.InferenceSession(str(path), providers=["CPUExecutionProvider"])
+    monkeypatch.setattr(ort, "get_available_providers", lambda: ["CUDAExecutionProvider", "CPUExecutionProvider"])
+    monkeypatch.setattr(ort, "InferenceSession", lambda *_, **__: session)
+    with pytest.raises(ModelError, match=r"runs detector\.onnx by CPUExecutionProvider"):
+        Network(path, device="gpu")
+
+
+def test_openvino_says_the_same_as_onnx_runtime(tmp_path: Path) -> None:
+    pytest.importorskip("openvino")
+    path = joints_network(tmp_path / "pose.onnx", "heatmap-msra")
+    crop = np.random.default_rng(1).normal(size=(2, 3, 256, 192)).astype(np.float32)
+    ours, theirs = Network(path), Network(path, device="openvino")
+    assert theirs.provider == "OpenVINO CPU f32"
+    assert np.allclose(ours.run(crop)[0], theirs.run(crop)[0], atol=1e-5)
+
+
+def test_a_damaged_network_is_one_line(tmp_path: Path) -> None:
+    path = tmp_path / "broken.onnx"
+    path.write_bytes(b"nothing that could be a network")
+    with pytest.raises(ModelError, match=r"broken.onnx: ONNX Runtime cannot load it") as caught:
+        Network(path)
+    assert "\n" not in str(caught.value)
+    with pytest.raises(ModelError, match="no such network file"):
+        Network(tmp_path / "absent.onnx")
+    with pytest.raises(SettingsError, match="device 'tpu' is unknown"):
+        Network(path, device="tpu")
+
+
+@pytest.mark.parametrize("name", READY)
+def test_the_ready_specifications_are_sound(name: str) -> None:
+    spec = read_specification(name)
+    assert spec.name == name
+    assert spec.pose is None or spec.pose.size[0] < spec.pose.size[1]
+
+
+MISTAKES = {
+    "no TOML": ("skeleton = ", "not TOML"),
+    "no sections": ('skeleton = "coco17"', r"give \[detector\] and \[pose\], or \[one_stage\] alone"),
+    "unknown skeleton": ('skeleton = "squid"\n[one_stage]\nfile = "a"\ndecode = "rtmo"', "skeleton 'squid' is unknown"),
+    "no skeleton": ('[one_stage]\nfile = "a"\ndecode = "rtmo"', "skeleton is missing"),
+    "no file": ('skeleton = "coco17"\n[one_stage]\ndecode = "rtmo"', "file is missing"),
+    "unknown decoder": (
+        'skeleton = "coco17"\n[one_stage]\nfile = "a"\ndecode = "magic"',
+        "decode = 'magic' is unknown",
+    ),
+    "unknown key": ('skeleton = "coco17"\n[one_stage]\nfile = "a"\ndecode = "rtmo"\nsigma = 2', "'sigma' is unknown"),
+    "wrong type": (
+        'skeleton = "coco17"\n[one_stage]\nfile = "a"\ndecode = "rtmo"\nsize = 640',
+        "size = 640 does not fit",
+    ),
+    "zero std": (
+        'skeleton = "coco17"\n[one_stage]\nfile = "a"\ndecode = "rtmo"\nstd = [1, 0, 1]',
+        "std must be positive",
+    ),
+    "a section that is none": ('skeleton = "coco17"\none_stage = 3', "a section was expected"),
+}
+
+
+@pytest.mark.parametrize("mistake", MISTAKES)
+def test_a_mistake_in_a_specification_is_one_line_that_names_it(tmp_path: Path, mistake: str) -> None:
+    text, message = MISTAKES[mistake]
+    path = tmp_path / "spec.toml"
+    path.write_text(text)
+    with pytest.raises(SettingsError, match=message) as caught:
+        read_specification(str(path))
+    assert "\n" not in str(caught.value)
+
+
+def test_an_unknown_specification_and_an_absent_file(tmp_path: Path) -> None:
+    with pytest.raises(SettingsError, match="no such file, nor one of"):
+        read_specification("no-such")
+    path = tmp_path / "spec.toml"
+    path.write_text('skeleton = "coco17"\n[one_stage]\nfile = "absent.onnx"\ndecode = "rtmo"')
+    with pytest.raises(ModelError, match="neither beside the specification nor in the model table"):
+        OnnxBackend(read_specification(str(path)))
