@@ -22,7 +22,7 @@ SHARED = Path(__file__).resolve().parents[2] / "shared"
 PHOTOS = SHARED / "data" / "photos"
 
 #: Back ends that replay or wrap what somebody else found: tested on their own.
-OF_OTHERS = ("recorded", "python", "onnx")
+OF_OTHERS = ("recorded", "python", "onnx", "cross-check")
 NAMES = [name for name in BACKENDS if name not in OF_OTHERS]
 
 

@@ -57,6 +57,8 @@ def _ready(name: str, models: tuple[str, ...], summary: str) -> Entry:
     return Entry("onnx_backend:open_backend", models, "onnxruntime", summary, name)
 
 
+_PAPER_MODELS = ("yolov4.cfg", "yolov4.weights", "body_25_pose_deploy.prototxt", "pose_iter_584000.caffemodel")
+
 BACKENDS: dict[str, Entry] = {
     "blazepose": Entry(
         "blazepose:open_backend", weights.EMBEDDED, "ai_edge_litert", "the embedded default: runs everywhere"
@@ -75,6 +77,13 @@ BACKENDS: dict[str, Entry] = {
         "yolox-tinypose", ("yolox_nano.onnx", "tinypose_256x192.onnx"), "17 joints, small and quick"
     ),
     "onnx": Entry("onnx_backend:open_backend", (), "onnxruntime", "onnx:SPEC.toml runs any detector and pose network"),
+    "yolov4-openpose": Entry(
+        "yolov4_openpose:open_backend", _PAPER_MODELS, "cv2", "the paper's pair; yolov4-openpose:FOLDER holds its files"
+    ),
+    "yolov4-openpose-published": Entry(
+        "yolov4_openpose:open_published", _PAPER_MODELS, "cv2", "the same with all that the authors' code does"
+    ),
+    "cross-check": Entry("cross_check:open_backend", (), "", "cross-check:A+B keeps those of A whom B sees too"),
     "recorded": Entry("recorded:open_backend", (), "", "recorded:FILE replays a keypoint file or folder"),
     "python": Entry("callables:open_backend", (), "", "python:MODULE:FUNCTION calls your own detector"),
 }
