@@ -1,0 +1,109 @@
+"""Keypoint files of every common kind, told apart by what is in them."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, cast
+
+from ...errors import KeypointsError
+from . import coco, openpose, own, toolboxes
+from .recording import Recording
+
+__all__ = ["Recording", "Recordings", "read"]
+
+_KINDS = (
+    "our own, COCO annotations or results, OpenPose, MMPose, ViTPose and Ultralytics files are known; "
+    "see the documentation of recorded keypoints"
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Recordings:
+    """All that a file or folder says. lists_empty: whether a photo without anybody would be in it too."""
+
+    photos: tuple[Recording, ...]
+    lists_empty: bool = True
+
+
+def read(path: str | Path) -> Recordings:
+    """Return what a keypoint file, or a folder of one file a photo, says.
+
+    Raises KeypointsError, naming file and entry, where there is no such file or it is malformed.
+    """
+    path = Path(path)
+    if path.is_dir():
+        return _folder(path)
+    if path.suffix.lower() == ".txt":
+        return Recordings((toolboxes.read_ultralytics_text(str(path), path.stem, _text(path)),))
+    return _file(path)
+
+
+def _folder(folder: Path) -> Recordings:
+    files = sorted(folder.glob(f"*{openpose.ENDING}")) or sorted(folder.glob("*.json")) or sorted(folder.glob("*.txt"))
+    if not files:
+        raise KeypointsError(f"{folder}: no keypoint files in it; {_KINDS}")
+    found = [read(file) for file in files]
+    return Recordings(tuple(photo for one in found for photo in one.photos), all(one.lists_empty for one in found))
+
+
+def _file(path: Path) -> Recordings:
+    where = str(path)
+    try:
+        content: Any = json.loads(_text(path))
+    except ValueError as error:
+        raise KeypointsError(f"{where}: not JSON ({error})") from error
+    if isinstance(content, Mapping):
+        return _mapping(where, path, cast(Mapping[str, Any], content))
+    if isinstance(content, list):
+        return _list(where, path, cast(list[Any], content))
+    raise KeypointsError(f"{where}: no keypoints in it; {_KINDS}")
+
+
+def _mapping(where: str, path: Path, content: Mapping[str, Any]) -> Recordings:
+    for name in ("images", "annotations", "people", "preds", "image_paths", "instance_info"):
+        if name in content and not isinstance(content[name], list):
+            raise KeypointsError(f"{where}: {name!r} must be a list")
+    if "images" in content and "annotations" in content:
+        return Recordings(tuple(coco.read_annotations(where, content)))
+    if "images" in content:
+        return Recordings(tuple(own.read_own(where, content)))
+    if "people" in content:
+        return Recordings((openpose.read_openpose(where, _photo(path, openpose.ENDING), content),))
+    if "preds" in content and "image_paths" in content:
+        return Recordings(tuple(toolboxes.read_preds(where, content)), lists_empty=False)
+    if "instance_info" in content:
+        return Recordings((toolboxes.read_mmpose(where, _photo(path, "results_"), content),))
+    if "keypoints" in content and "skeleton" in content:
+        return Recordings((toolboxes.read_easy_vitpose(where, _photo(path, "_result.json"), content),))
+    raise KeypointsError(f"{where}: no keypoints in it; {_KINDS}")
+
+
+def _list(where: str, path: Path, content: Sequence[Any]) -> Recordings:
+    for number, entry in enumerate(content):
+        if not isinstance(entry, Mapping):
+            raise KeypointsError(f"{where}, entry {number}: not an object; {_KINDS}")
+    first: Mapping[str, Any] = content[0] if content else {}
+    if not content or "image_id" in first:
+        return Recordings(tuple(coco.read_results(where, content)), lists_empty=False)
+    if "box" in first:
+        return Recordings((toolboxes.read_ultralytics(where, path.stem, content),))
+    if "keypoints" in first:
+        return Recordings((toolboxes.read_mmpose(where, path.stem, content),))
+    raise KeypointsError(f"{where}, entry 0: 'keypoints' is missing; {_KINDS}")
+
+
+def _photo(path: Path, affix: str) -> str:
+    """Return the photo's name without its ending, from the name of its file."""
+    return path.name.removesuffix(affix).removesuffix(".json").removeprefix(affix)
+
+
+def _text(path: Path) -> str:
+    try:
+        return path.read_text(encoding="utf-8-sig")
+    except FileNotFoundError as error:
+        raise KeypointsError(f"{path}: no such file or folder") from error
+    except (OSError, UnicodeDecodeError) as error:
+        raise KeypointsError(f"{path}: cannot be read ({error})") from error

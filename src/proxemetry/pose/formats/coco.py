@@ -1,0 +1,91 @@
+"""COCO's two forms of keypoints: annotations with the photos' names, and bare results with image ids."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from ...errors import KeypointsError
+from ...people import People
+from ...skeleton import COCO_17, Skeleton
+from ..callables import BY_COUNT
+from .recording import Person, Recording, checked, naming, people_of, person_of, renamed, size_of
+
+#: An annotator's word for a joint as a score: 1 is "there, but hidden", placed by guess; 2 is "seen".
+_VISIBILITY_SCORES = np.array([0.0, 0.5, 1.0])
+
+
+def read_annotations(where: str, content: Mapping[str, Any]) -> list[Recording]:
+    """Return the photos of a COCO annotation file; crowds are left out. Raises KeypointsError naming the entry."""
+    persons: dict[Any, list[Person]] = defaultdict(list)
+    names: Sequence[str] | None = None
+    with naming(f"{where}, categories"):
+        for category in content.get("categories", []):
+            names = names or category.get("keypoints")
+    for number, entry in enumerate(content["annotations"]):
+        with naming(f"{where}, annotations[{number}]"):
+            if "keypoints" in entry and not entry.get("iscrowd"):
+                persons[entry["image_id"]].append(_annotated(entry))
+    answer: list[Recording] = []
+    for number, image in enumerate(content["images"]):
+        with naming(f"{where}, images[{number}]"):
+            width, height = size_of(image)
+            people = _people(persons.get(image["id"], []), names)
+            answer.append(Recording(str(image["file_name"]), people, width, height))
+    return answer
+
+
+def read_results(where: str, content: Sequence[Mapping[str, Any]]) -> list[Recording]:
+    """Return the photos of a COCO results file, by image id or by name where the ids are names.
+
+    Photos without anybody do not occur in such a file. Raises KeypointsError naming the entry.
+    """
+    persons: dict[int | str, list[Person]] = defaultdict(list)
+    for number, entry in enumerate(content):
+        with naming(f"{where}, entry {number}"):
+            identity = entry["image_id"]
+            if not isinstance(identity, int | str):
+                raise KeypointsError(f"image_id {identity!r} is neither a number nor a name")
+            persons[identity].append(person_of(entry["keypoints"], entry.get("score"), _box(entry)))
+    answer: list[Recording] = []
+    for identity, found in persons.items():
+        with naming(f"{where}, image_id {identity}"):
+            number = identity if isinstance(identity, int) else None
+            answer.append(Recording(str(identity), _people(found, None), number=number))
+    return answer
+
+
+def _annotated(entry: Mapping[str, Any]) -> Person:
+    values = np.asarray(entry["keypoints"], dtype=float).reshape(-1, 3)
+    flags = values[:, 2]
+    if not np.isin(flags, (0, 1, 2)).all():
+        return person_of(values, entry.get("score"), _box(entry))  # a detector's answer in the annotations' form
+    return checked(Person(values[:, :2], _VISIBILITY_SCORES[flags.astype(int)], _box(entry), entry.get("score")))
+
+
+def _box(entry: Mapping[str, Any]) -> list[float] | None:
+    """Return x0, y0, x1, y1 of COCO's x, y, width, height."""
+    if not entry.get("bbox"):
+        return None
+    x, y, width, height = (float(v) for v in entry["bbox"][:4])
+    return [x, y, x + width, y + height]
+
+
+def _people(persons: list[Person], names: Sequence[str] | None) -> People:
+    if names is not None:
+        skeleton, persons = renamed(names, persons)
+    else:
+        skeleton = _by_count(persons)
+    return people_of(skeleton, persons)
+
+
+def _by_count(persons: Sequence[Person]) -> Skeleton:
+    if not persons:
+        return COCO_17
+    count = len(persons[0].scores)
+    if count not in BY_COUNT:
+        raise KeypointsError(f"{count} keypoints are no skeleton that is known (17, 25, 26 or 33 joints are)")
+    return BY_COUNT[count]

@@ -1,0 +1,42 @@
+"""The project's own keypoint file: photos by name, people with keypoints, cameras where they are known."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from ...camera import Camera
+from ...errors import KeypointsError
+from ...skeleton import skeleton_named
+from .recording import Recording, naming, people_of, person_of, size_of
+
+
+def read_own(where: str, content: Mapping[str, Any]) -> list[Recording]:
+    """Return the photos of `{"skeleton": ..., "images": [...]}`; raises KeypointsError naming the entry."""
+    with naming(where):
+        skeleton = skeleton_named(str(content["skeleton"]))
+    answer: list[Recording] = []
+    for number, entry in enumerate(content["images"]):
+        with naming(f"{where}, images[{number}]"):
+            name = str(entry["filename"])
+            width, height = size_of(entry)
+            persons = [
+                person_of(person["keypoints"], person.get("score"), person.get("box"))
+                for person in entry.get("people", [])
+            ]
+            camera = _camera(entry.get("camera"), width, height)
+            answer.append(Recording(name, people_of(skeleton, persons), width, height, camera))
+    return answer
+
+
+def _camera(entry: Mapping[str, Any] | None, width: float | None, height: float | None) -> Camera | None:
+    if entry is None:
+        return None
+    if width is None or height is None:
+        raise KeypointsError("a camera needs the width and height of the photo that its pixels belong to")
+    fx = float(entry["fx"])
+    distortion = tuple(float(entry.get(name, 0.0)) for name in ("k1", "k2", "p1", "p2", "k3"))
+    return Camera(
+        fx, float(entry.get("fy", fx)), float(entry.get("cx", width / 2)), float(entry.get("cy", height / 2)),
+        int(width), int(height), distortion=distortion, source="keypoint file",  # type: ignore[arg-type]
+    )  # fmt: skip

@@ -1,0 +1,142 @@
+"""What a keypoint file says of one photo, and how its numbers become People."""
+
+from __future__ import annotations
+
+from collections.abc import Generator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...camera import Camera
+from ...errors import KeypointsError, ProxemetryError
+from ...people import People
+from ...skeleton import COCO_17, HALPE_26, Skeleton
+
+FloatArray = NDArray[np.float64]
+
+#: Other names of the same joints, as the common files spell them.
+_ALIASES = {
+    "hip": "mid_hip", "root": "mid_hip", "pelvis": "mid_hip", "head": "head_top", "left_bigtoe": "left_big_toe",
+    "right_bigtoe": "right_big_toe", "left_smalltoe": "left_small_toe", "right_smalltoe": "right_small_toe",
+}  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class Recording:
+    """The people of one photo as a file gives them.
+
+    photo: its name, without its ending where the file does not say it. people: in pixels of a photo of width x height,
+    or of the full-size photo where these are None; 1 x 1 where coordinates are fractions. camera: in pixels of
+    width x height, or None. number: COCO's image id, where that is all the file says.
+    """
+
+    photo: str
+    people: People
+    width: float | None = None
+    height: float | None = None
+    camera: Camera | None = None
+    number: int | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Person:
+    """One person's numbers: keypoints (K, 2), scores (K,), and a box x0, y0, x1, y1 and a score where given."""
+
+    keypoints: FloatArray
+    scores: FloatArray
+    box: Sequence[float] | None = None
+    score: float | None = None
+
+
+@contextmanager
+def naming(where: str) -> Generator[None, None, None]:
+    """Turn whatever goes wrong with a file's values inside into one KeypointsError that names the place."""
+    try:
+        yield
+    except ProxemetryError as error:
+        text = str(error)
+        raise KeypointsError(text if text.startswith(where.split(",")[0]) else f"{where}: {text}") from error
+    except KeyError as error:
+        raise KeypointsError(f"{where}: {error.args[0]!r} is missing") from error
+    except (TypeError, ValueError, IndexError, AttributeError) as error:
+        raise KeypointsError(f"{where}: malformed ({error})") from error
+
+
+def person_of(triples: Any, score: Any = None, box: Any = None) -> Person:
+    """Return a person from K rows of x, y, score, or from the same numbers in one row.
+
+    (0, 0) and score 0 are how files say that a joint was not seen.
+    """
+    values = np.asarray(triples, dtype=float)
+    if values.ndim == 1:
+        if values.size % 3:
+            raise KeypointsError(f"{values.size} keypoint numbers are not a multiple of three (x, y, score)")
+        values = values.reshape(-1, 3)
+    if values.ndim != 2 or values.shape[1] not in (2, 3):
+        raise KeypointsError(f"keypoints must be rows of x, y, score, not of shape {values.shape}")
+    scores = values[:, 2] if values.shape[1] == 3 else np.ones(len(values))
+    return checked(Person(values[:, :2], scores, box, None if score is None else float(score)))
+
+
+def checked(person: Person) -> Person:
+    """Return a person with what is missing marked as missing; raises KeypointsError where numbers cannot be right."""
+    keypoints, scores = np.asarray(person.keypoints, dtype=float), np.asarray(person.scores, dtype=float)
+    if keypoints.shape != (len(scores), 2):
+        raise KeypointsError(f"keypoints of shape {keypoints.shape} do not fit scores of shape {scores.shape}")
+    missing = (keypoints == 0).all(axis=1) | ~np.isfinite(keypoints).all(axis=1) | ~(scores > 0)
+    if person.box is not None and len(person.box) < 4:
+        raise KeypointsError(f"a box has four numbers, not {len(person.box)}")
+    return Person(
+        np.where(missing[:, None], np.nan, keypoints), np.where(missing, 0.0, np.clip(scores, 0.0, 1.0)),
+        None if person.box is None else [float(v) for v in person.box[:4]], person.score,
+    )  # fmt: skip
+
+
+def people_of(skeleton: Skeleton, persons: Sequence[Person]) -> People:
+    """Return People; a person whose number of joints does not fit the skeleton is an error."""
+    if not persons:
+        return People.none(skeleton)
+    for number, person in enumerate(persons):
+        if len(person.scores) != len(skeleton):
+            raise KeypointsError(
+                f"person {number} has {len(person.scores)} keypoints, but skeleton {skeleton.name} has {len(skeleton)}"
+            )
+    people = People(skeleton, np.stack([p.keypoints for p in persons]), np.stack([p.scores for p in persons]))
+    boxes, scores = people.boxes_px.copy(), people.person_scores.copy()
+    for row, person in enumerate(persons):
+        boxes[row] = boxes[row] if person.box is None else person.box
+        # a score of another scale (a sum over joints) is no probability; the keypoints' mean is kept
+        scores[row] = person.score if person.score is not None and 0 <= person.score <= 1 else scores[row]
+    return People(skeleton, people.keypoints_px, people.scores, boxes, scores)
+
+
+def renamed(names: Sequence[str], persons: Sequence[Person]) -> tuple[Skeleton, list[Person]]:
+    """Return the known skeleton that named joints fit into, and the people in its order; what it lacks is dropped."""
+    plain = [n.lower().replace(" ", "_").replace("-", "_") for n in names]
+    plain = [_ALIASES.get(n, n) for n in plain]
+    has_middles = "neck" in plain and "mid_hip" in plain
+    skeleton = HALPE_26 if has_middles else COCO_17
+    if not {"left_shoulder", "right_shoulder"} <= set(plain):
+        raise KeypointsError(f"no joints called left_shoulder and right_shoulder among {', '.join(plain[:6])}, ...")
+    rows = [plain.index(joint) if joint in plain else -1 for joint in skeleton.joints]
+    order = np.array(rows)
+    answer: list[Person] = []
+    for person in persons:
+        if len(person.scores) != len(plain):
+            raise KeypointsError(f"{len(person.scores)} keypoints for {len(plain)} named joints")
+        keypoints = np.where(order[:, None] < 0, np.nan, person.keypoints[order])
+        answer.append(Person(keypoints, np.where(order < 0, 0.0, person.scores[order]), person.box, person.score))
+    return skeleton, answer
+
+
+def size_of(entry: Mapping[str, Any]) -> tuple[float | None, float | None]:
+    """Return width and height of an entry, both or neither; raises KeypointsError where they are no sizes."""
+    width, height = entry.get("width"), entry.get("height")
+    if width is None and height is None:
+        return None, None
+    if width is None or height is None or not (float(width) > 0 and float(height) > 0):
+        raise KeypointsError(f"width {width} and height {height} are no photo's size")
+    return float(width), float(height)

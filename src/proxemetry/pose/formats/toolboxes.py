@@ -1,0 +1,115 @@
+"""Result files of MMPose, ViTPose (Transformers, easy_ViTPose, the original) and Ultralytics."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from ...errors import KeypointsError
+from ...people import People
+from ...skeleton import COCO_17
+from ..callables import BY_COUNT
+from .recording import Person, Recording, checked, naming, people_of, person_of, renamed
+
+
+def read_mmpose(where: str, photo: str, content: Any) -> Recording:
+    """Return the people of an MMPose prediction: a list of instances, or `instance_info` with one frame."""
+    names: Sequence[str] | None = None
+    with naming(where):
+        if isinstance(content, Mapping):
+            meta, frames = content.get("meta_info") or {}, content["instance_info"]
+            if frames and "instances" in frames[0]:
+                if len(frames) != 1:
+                    raise KeypointsError(f"{len(frames)} frames are a video, not a photo")
+                frames = frames[0]["instances"]
+            joints = meta.get("keypoint_id2name")
+            names = None if joints is None else [joints[key] for key in sorted(joints, key=int)]
+            content = frames
+    persons: list[Person] = []
+    for number, entry in enumerate(content):
+        with naming(f"{where}, instance {number}"):
+            scores = entry.get("keypoint_scores", entry.get("scores"))
+            persons.append(_instance(entry["keypoints"], scores, entry.get("bbox"), entry.get("bbox_score")))
+    with naming(where):
+        return Recording(photo, _people(persons, names))
+
+
+def read_easy_vitpose(where: str, photo: str, content: Mapping[str, Any]) -> Recording:
+    """Return the people of an easy_ViTPose file, whose rows are y, x, score and whose joints are named."""
+    with naming(where):
+        frames, joints = content["keypoints"], content["skeleton"]
+        if len(frames) != 1:
+            raise KeypointsError(f"{len(frames)} frames are a video, not a photo")
+        names = [joints[key] for key in sorted(joints, key=int)]
+        persons = [person_of(np.asarray(rows, dtype=float)[:, [1, 0, 2]]) for rows in frames[0].values()]
+        return Recording(photo, _people(persons, names))
+
+
+def read_preds(where: str, content: Mapping[str, Any]) -> list[Recording]:
+    """Return the photos of the original ViTPose's and MMPose 0.x's dump: `preds` and `image_paths` row by row."""
+    persons: dict[str, list[Person]] = defaultdict(list)
+    with naming(where):
+        scores = content.get("scores") or [None] * len(content["preds"])
+        for rows, path, score in zip(content["preds"], content["image_paths"], scores, strict=True):
+            persons[str(path)].append(person_of(rows, score))
+    answer: list[Recording] = []
+    for path, found in persons.items():
+        with naming(f"{where}, {path}"):
+            answer.append(Recording(path, _people(found, None)))
+    return answer
+
+
+def read_ultralytics(where: str, photo: str, content: Sequence[Mapping[str, Any]]) -> Recording:
+    """Return the people of Ultralytics' `to_json()`; detections without keypoints are no people."""
+    persons: list[Person] = []
+    for number, entry in enumerate(content):
+        with naming(f"{where}, entry {number}"):
+            points, box = entry.get("keypoints"), entry["box"]
+            if points is None:
+                continue
+            visible = points.get("visible", [1.0] * len(points["x"]))
+            rows = np.column_stack([points["x"], points["y"], visible])
+            corners = [box[side] for side in ("x1", "y1", "x2", "y2")]
+            persons.append(person_of(rows, entry.get("confidence"), corners))
+    with naming(where):
+        return Recording(photo, _people(persons, None))
+
+
+def read_ultralytics_text(where: str, photo: str, text: str) -> Recording:
+    """Return the people of Ultralytics' `save_txt`: class, box and keypoints as fractions, confidence last if saved."""
+    persons: list[Person] = []
+    for number, line in enumerate(filter(None, (line.strip() for line in text.splitlines())), start=1):
+        with naming(f"{where}, line {number}"):
+            values = [float(v) for v in line.split()]
+            rest = values[5:]
+            confidence = rest.pop() if len(rest) % 3 == 1 else None
+            if not rest:
+                raise KeypointsError("no keypoints: it is a detector's file, not a pose model's")
+            x, y, width, height = values[1:5]
+            box = [x - width / 2, y - height / 2, x + width / 2, y + height / 2]
+            persons.append(person_of(rest, confidence, box))
+    with naming(where):
+        return Recording(photo, _people(persons, None), 1.0, 1.0)
+
+
+def _instance(keypoints: Any, scores: Any, box: Any, score: Any) -> Person:
+    rows = np.asarray(keypoints, dtype=float)[:, :2]
+    box = box[0] if box and isinstance(box[0], Sequence) else box
+    score = score[0] if isinstance(score, Sequence) and score else score
+    values = np.ones(len(rows)) if scores is None else np.asarray(scores, dtype=float)
+    return checked(Person(rows, values, box, None if score is None else float(score)))
+
+
+def _people(persons: list[Person], names: Sequence[str] | None) -> People:
+    if names is not None:
+        skeleton, persons = renamed(names, persons)
+        return people_of(skeleton, persons)
+    if not persons:
+        return People.none(COCO_17)
+    count = len(persons[0].scores)
+    if count not in BY_COUNT:
+        raise KeypointsError(f"{count} keypoints are no skeleton that is known (17, 25, 26 or 33 joints are)")
+    return people_of(BY_COUNT[count], persons)

@@ -1,0 +1,125 @@
+"""A back end that replays keypoint files: whoever found the people, everything downstream works from them alone."""
+
+from __future__ import annotations
+
+import hashlib
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+from pathlib import Path, PurePosixPath
+from types import MappingProxyType
+
+from ..camera import Camera
+from ..errors import KeypointsError, PhotoError, SettingsError
+from ..people import People
+from ..photo import Photo
+from ..skeleton import COCO_17, Skeleton
+from . import PoseOptions
+from .formats import Recording, read
+
+#: How far the aspect ratios of a photo and of the photo in the file may be apart: what rounding a resize makes.
+_ASPECT_TOLERANCE = 0.02
+
+
+class Recorded:
+    """Keypoints of a file or folder (see `formats`), found again by the photo's name.
+
+    A photo is the recording of the same name, else of the same file name, else of the same name without ending, else
+    of COCO's image id where that is the number at the end of its name.
+    """
+
+    def __init__(self, path: str | Path) -> None:
+        self._path = Path(path)
+        recordings = read(self._path)
+        self._lists_empty = recordings.lists_empty
+        self._by_name = _by_unique_name(self._path, recordings.photos)
+        self._by_base = _unless_shared((PurePosixPath(name).name, r) for name, r in self._by_name.items())
+        self._by_stem = _unless_shared((PurePosixPath(name).stem, r) for name, r in self._by_name.items())
+        self._by_number = {r.number: r for r in recordings.photos if r.number is not None}
+        self.name = f"recorded:{self._path.name}"
+        self.models: Mapping[str, str] = MappingProxyType({})
+        skeletons = {r.people.skeleton.name: r.people.skeleton for r in recordings.photos if len(r.people)}
+        if len(skeletons) > 1:
+            raise KeypointsError(f"{self._path}: several skeletons in one recording ({', '.join(skeletons)}); split it")
+        self.skeleton: Skeleton = next(iter(skeletons.values()), COCO_17)
+
+    @property
+    def photos(self) -> tuple[str, ...]:
+        """The photos' names, as recorded, in the file's order."""
+        return tuple(self._by_name)
+
+    def photo(self, name: str) -> Photo:
+        """Return a recorded photo without its pixels; raises PhotoError where the recording does not say its size."""
+        recording = self._recording(name)
+        if recording is None or recording.width is None or recording.height is None or recording.width <= 1:
+            raise PhotoError(f"{name}: {self._path} does not say how large the photo is; give the photos too")
+        digest = hashlib.sha256(f"{self.name}/{recording.photo}".encode()).hexdigest()
+        return Photo(name, int(recording.width), int(recording.height), digest)
+
+    def camera_of(self, photo: Photo) -> Camera | None:
+        """Return the camera that the file gives for a photo, in its full-size pixels, or None."""
+        recording = self._recording(photo.name)
+        if recording is None or recording.camera is None:
+            return None
+        return recording.camera.resized(photo.width, photo.height)
+
+    def detect(self, photo: Photo) -> People:
+        """Return the people recorded for a photo, in its full-size pixels.
+
+        Raises KeypointsError where the recording has no such photo, or one of another shape.
+        """
+        recording = self._recording(photo.name)
+        if recording is None:
+            if not self._lists_empty:
+                return People.none(self.skeleton)  # a results file names only photos with somebody
+            raise KeypointsError(f"{photo.name}: not among the {len(self._by_name)} photos of {self._path}")
+        people = recording.people if len(recording.people) else People.none(self.skeleton)
+        if recording.width is None or recording.height is None:
+            return people
+        if recording.width > 1 and not _same_shape(recording, photo):
+            raise KeypointsError(
+                f"{photo.name}: is {photo.width} x {photo.height}, but its keypoints in {self._path} are of "
+                f"{recording.width:.0f} x {recording.height:.0f} (turned or cropped?)"
+            )
+        return people.scaled(photo.width / recording.width, photo.height / recording.height)
+
+    def _recording(self, name: str) -> Recording | None:
+        path = PurePosixPath(name.replace("\\", "/"))
+        found = self._by_name.get(str(path)) or self._by_base.get(path.name) or self._by_stem.get(path.stem)
+        if found is None and (digits := re.search(r"(\d+)$", path.stem)):
+            found = self._by_number.get(int(digits[1]))
+        return found
+
+
+def open_backend(argument: str, options: PoseOptions) -> Recorded:
+    """Return the back end of `recorded:FILE`."""
+    if not argument:
+        raise SettingsError("--pose recorded needs a file or folder of keypoints: recorded:FILE")
+    return Recorded(argument)
+
+
+def _by_unique_name(path: Path, recordings: tuple[Recording, ...]) -> dict[str, Recording]:
+    answer: dict[str, Recording] = {}
+    for recording in recordings:
+        name = recording.photo.replace("\\", "/")
+        if name in answer:
+            raise KeypointsError(f"{path}: the photo {name} is in it twice")
+        answer[name] = replace(recording, photo=name)
+    return answer
+
+
+def _unless_shared(named: Iterable[tuple[str, Recording]]) -> dict[str, Recording]:
+    """Return what each name stands for where it stands for one photo only: a/1.jpg and b/1.jpg are two."""
+    answer: dict[str, Recording] = {}
+    shared: set[str] = set()
+    for name, recording in named:
+        if name in answer:
+            shared.add(name)
+        answer[name] = recording
+    return {name: recording for name, recording in answer.items() if name not in shared}
+
+
+def _same_shape(recording: Recording, photo: Photo) -> bool:
+    assert recording.width is not None and recording.height is not None
+    ratio = (photo.width / photo.height) / (recording.width / recording.height)
+    return abs(ratio - 1) < _ASPECT_TOLERANCE
