@@ -1,4 +1,4 @@
-"""Keypoint files of every kind: the same person comes back from each, what is missing is missing, errors name the place."""
+"""Keypoint files of every kind: the same person from each; what is missing is missing; errors name the place."""
 
 from __future__ import annotations
 
@@ -11,6 +11,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from proxemetry.errors import KeypointsError, PhotoError, SettingsError
+from proxemetry.focal import FocalRequest
+from proxemetry.measure import measure
 from proxemetry.photo import Photo
 from proxemetry.pose import backend_named
 from proxemetry.pose.recorded import Recorded
@@ -170,6 +172,14 @@ def test_the_photo_and_its_camera_come_from_the_file_alone(tmp_path):
     doubled = recorded.camera_of(Photo("one.jpg", 1280, 960, ""))
     assert doubled is not None and doubled.fx == 1600
     assert Recorded(_written(tmp_path, "k.json", _own())).camera_of(photo) is None
+
+
+def test_measuring_takes_the_files_camera_unless_one_is_stated(tmp_path):
+    content = _own(camera={"fx": 800})
+    recorded = Recorded(_written(tmp_path, "k.json", content))
+    photo = recorded.photo("one.jpg")
+    assert measure(photo, pose=recorded).camera.camera.fx == 800
+    assert measure(photo, pose=recorded, camera=FocalRequest(focal_px=500)).camera.camera.fx == 500
 
 
 def test_without_a_size_the_photo_itself_is_needed(tmp_path):

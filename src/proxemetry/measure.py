@@ -106,7 +106,7 @@ def measure(
     photo = _opened(photo)
     backend = _backend(pose)
     people = backend.detect(photo)
-    estimate = _estimate(photo, people, camera, settings)
+    estimate = _estimate(photo, people, camera or _recorded_camera(backend, photo, settings), settings)
     made_by = Provenance(__version__, settings.method, backend.name, dict(backend.models), settings.to_dict())
     about = photo.metadata.about()
     scene = place(photo.name, photo.sha256, photo.width, photo.height, people, estimate, settings)
@@ -152,6 +152,12 @@ def _backend(pose: str | PoseBackend | Callable[..., Any]) -> PoseBackend:
     from .pose.callables import CallableBackend
 
     return CallableBackend(cast(Callable[[RGBArray], Any], pose))
+
+
+def _recorded_camera(backend: PoseBackend, photo: Photo, settings: Settings) -> Camera | None:
+    """Return the camera that a keypoint file gives for the photo, unless the user states one for the run."""
+    camera_of = getattr(backend, "camera_of", None)
+    return camera_of(photo) if camera_of is not None and settings.focal == FocalRequest() else None
 
 
 def _estimate(
