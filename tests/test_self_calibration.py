@@ -1,0 +1,131 @@
+"""The focal length from people: exact where nothing is random, silent where geometry says nothing."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from proxemetry.camera import Camera
+from proxemetry.locate.self_calibration import WIDEST, calibrate, focal_posterior
+from proxemetry.locate.verticals import direct_solution, segments_of
+from proxemetry.people import People
+from proxemetry.skeleton import COCO_17
+
+WIDTH, HEIGHT = 1800, 1200
+#: Joints over the ankles' middle, metres to the right and up, as long as the calibration takes an adult to be.
+FIGURE = {
+    "left_ear": (0.07, 0.895), "right_ear": (-0.07, 0.895), "left_shoulder": (0.17, 0.775),
+    "right_shoulder": (-0.17, 0.775), "left_hip": (0.10, 0.49), "right_hip": (-0.10, 0.49), "left_knee": (0.10, 0.24),
+    "right_knee": (-0.10, 0.24), "left_ankle": (0.10, 0.0), "right_ankle": (-0.10, 0.0),
+}  # fmt: skip
+PLACES = ((-2.0, 5.0), (1.8, 6.0), (0.2, 8.0), (-1.0, 10.0), (2.5, 11.0), (0.9, 4.5))
+
+
+def crowd(
+    f_px: float, pitch_deg: float, places: tuple[tuple[float, float], ...] = PLACES, *, height_m: float = 2.8,
+    noise_px: float = 0.0, stature_cv: float = 0.0, seed: int = 0,
+) -> People:  # fmt: skip
+    """Return people who stand at (right, ahead) metres from under a camera, facing it."""
+    rng, pitch = np.random.default_rng(seed), math.radians(pitch_deg)
+    up = np.array([0.0, -math.cos(pitch), -math.sin(pitch)])
+    ahead = np.array([0.0, -math.sin(pitch), math.cos(pitch)])
+    camera = Camera.centred(f_px, WIDTH, HEIGHT)
+    keypoints = np.full((len(places), len(COCO_17), 2), np.nan)
+    for row, (x, z) in enumerate(places):
+        foot = x * np.array([1.0, 0.0, 0.0]) + z * ahead - height_m * up
+        stature = 1.7 * (1 + stature_cv * rng.normal())
+        for joint, (right, above) in FIGURE.items():
+            point = foot + stature * (right * np.array([1.0, 0.0, 0.0]) + above * up)
+            keypoints[row, COCO_17.joints.index(joint)] = camera.project(point) + rng.normal(0, noise_px, 2)
+    return People(COCO_17, keypoints, np.where(np.isfinite(keypoints[..., 0]), 0.9, 0.0))
+
+
+@pytest.mark.parametrize("pitch_deg", [5, 12, 30, -8])
+@pytest.mark.parametrize("f_px", [900.0, 2500.0])
+def test_three_equal_people_give_the_focal_length_directly(f_px: float, pitch_deg: float) -> None:
+    height_m = 0.3 if pitch_deg < 0 else 2.8
+    segments = segments_of(crowd(f_px, pitch_deg, PLACES[:3], height_m=height_m), WIDTH, HEIGHT)
+    solved = direct_solution(segments, np.arange(3))
+    assert solved is not None
+    log_f, (pitch, roll, log_ratio, *_) = solved
+    assert math.exp(log_f) * WIDTH == pytest.approx(f_px, rel=1e-6)
+    assert math.degrees(pitch) == pytest.approx(pitch_deg, abs=1e-4) and roll == pytest.approx(0, abs=1e-6)
+    assert math.exp(log_ratio) == pytest.approx(1.7 / height_m, rel=1e-5)
+
+
+def test_the_posterior_holds_the_truth() -> None:
+    posterior = focal_posterior(crowd(1500, 20, noise_px=2, stature_cv=0.046), WIDTH, HEIGHT)
+    assert not isinstance(posterior, str)
+    assert posterior.low_px < 1500 < posterior.high_px
+    assert math.degrees(posterior.pitch_rad) == pytest.approx(20, abs=4)
+    assert posterior.upright.all()
+
+
+def test_what_is_found_becomes_a_camera() -> None:
+    estimate = calibrate(crowd(1500, 20), WIDTH, HEIGHT)
+    camera = estimate.camera
+    assert camera is not None and camera.f_px == pytest.approx(1500, rel=0.03)
+    assert camera.source == "people: 6 upright, camera pitched 20 degrees"
+    assert 1.645 * camera.focal_rel_sd <= math.log1p(WIDEST)
+    assert (camera.cx, camera.cy) == (WIDTH / 2, HEIGHT / 2)
+    (candidate,) = estimate.candidates
+    assert candidate.source == camera.source and any("px" in flag for flag in estimate.flags)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_level_camera_says_nothing_of_its_focal_length(seed: int) -> None:
+    estimate = calibrate(crowd(1500, 0, height_m=1.6, noise_px=3, stature_cv=0.046, seed=seed), WIDTH, HEIGHT)
+    assert estimate.camera is None and "too wide" in (estimate.reason or "")
+    assert len(estimate.candidates) == 1  # what was found is kept
+
+
+def test_too_few_people_are_told() -> None:
+    for people in (People.none(COCO_17), crowd(1500, 20, PLACES[:2])):
+        estimate = calibrate(people, WIDTH, HEIGHT)
+        assert estimate.camera is None and "it takes 3" in (estimate.reason or "")
+
+
+def test_people_cut_off_or_bent_do_not_count() -> None:
+    people = crowd(1500, 20)
+    keypoints = people.keypoints_px.copy()
+    keypoints[0, COCO_17.joints.index("left_ankle")] = np.nan
+    keypoints[1, [COCO_17.joints.index(f"{side}_knee") for side in ("left", "right")]] += (150, 0)
+    posterior = focal_posterior(People(COCO_17, keypoints, people.scores), WIDTH, HEIGHT)
+    assert not isinstance(posterior, str)
+    assert posterior.upright.tolist() == [False, False, True, True, True, True]
+
+
+def test_somebody_on_a_chair_is_outvoted() -> None:
+    people = crowd(1500, 20, (*PLACES, (-0.5, 6.5)), noise_px=1)
+    keypoints = people.keypoints_px.copy()
+    ankles = [COCO_17.joints.index(f"{side}_ankle") for side in ("left", "right")]
+    keypoints[0, ankles] += (40, -130)  # feet drawn up
+    keypoints[0, [COCO_17.joints.index(f"{side}_knee") for side in ("left", "right")]] = np.nan
+    posterior = focal_posterior(People(COCO_17, keypoints, people.scores), WIDTH, HEIGHT)
+    assert not isinstance(posterior, str)
+    assert posterior.upright.tolist() == [False] + [True] * 6
+    assert posterior.low_px < 1500 < posterior.high_px
+
+
+def test_laws() -> None:
+    """Order and mirroring change nothing; a photo twice as large has twice the focal length."""
+    people = crowd(1500, 20, noise_px=2, stature_cv=0.046)
+    first = focal_posterior(people, WIDTH, HEIGHT)
+    turned = focal_posterior(people[[3, 1, 5, 0, 4, 2]], WIDTH, HEIGHT)
+    mirrored = focal_posterior(people.mirrored(WIDTH), WIDTH, HEIGHT)
+    assert not isinstance(first, str) and not isinstance(turned, str) and not isinstance(mirrored, str)
+    assert turned.f_px == pytest.approx(first.f_px, rel=0.01)
+    assert mirrored.f_px == pytest.approx(first.f_px, rel=0.01)
+    large = focal_posterior(people.scaled(2, 2), 2 * WIDTH, 2 * HEIGHT)
+    assert not isinstance(large, str)
+    assert large.f_px == pytest.approx(2 * first.f_px, rel=0.05)  # a pixel of noise weighs less in a larger photo
+
+
+def test_a_crop_is_not_trusted_to_be_centred() -> None:
+    people = crowd(1500, 20)
+    assert calibrate(people, WIDTH, HEIGHT).camera is not None
+    whole, strip = focal_posterior(people, WIDTH, HEIGHT), focal_posterior(people, WIDTH, HEIGHT - 300)
+    assert not isinstance(whole, str) and not isinstance(strip, str)
+    assert strip.log_sd > 1.5 * whole.log_sd
