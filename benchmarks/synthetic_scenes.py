@@ -31,7 +31,7 @@ FOCAL_LENGTHS_MM = (16.0, 24.0, 35.0, 50.0, 85.0, 105.0, 200.0, 300.0)
 KINDS = ("eye_level", "tripod", "elevated", "pitched", "mixed")
 #: Share of people on a chair, by recipe; "mixed" photos are all standing, all seated, or both.
 POSTURES = {"standing": 0.0, "seated": 1.0, "mixed": None}
-NEAREST_PEOPLE_M = 0.45
+NEAREST_PEOPLE_M, FARTHEST_GROUP_M = 0.45, 35.0
 
 
 @dataclass(frozen=True)
@@ -206,7 +206,7 @@ def _camera_pose(rng: Rng, kind: str, places: FloatArray, seated: NDArray[np.boo
     tall = rng.uniform(1.2, 3.5)
     distance = camera.f_px * max(wide / camera.width, tall / camera.height) / rng.uniform(0.6, 1.2)
     nearest = float(np.hypot(*places.T).max()) + 0.8
-    distance = float(np.clip(distance, nearest, 90.0))
+    distance = float(np.clip(distance, nearest, FARTHEST_GROUP_M))
     aim = rng.uniform(0.75, 1.25) * (0.75 if seated.all() else 1.0)
     pitch = math.atan2(height - aim, distance)
     if kind in ("eye_level", "tripod"):
