@@ -14,7 +14,7 @@ import math
 from pathlib import Path
 
 from compare_methods import score_methods
-from synthetic_scenes import KINDS, Recipe, scenes
+from synthetic_scenes import KINDS, Recipe, layouts_from_labels, scenes
 
 from proxemetry.benchmark import PROTOCOLS, Predictions, Score, read_labels, score
 from proxemetry.benchmark.tables import make_table
@@ -76,17 +76,19 @@ def paper_table(name: str, scores: dict[str, Score]) -> str:
     return markdown(list(csv.reader(io.StringIO(make_table(name, placing).to_csv()))))
 
 
-def synthetic(count: int, seed: int) -> str:
+def synthetic(folder: str, count: int, seed: int) -> str:
     """Return a table of methods by kind of camera and posture."""
     rows = [["camera, people", "method", "error %, mean over photos", "median over pairs %", "bias %", "pairs found",
              "coverage of 90 %", "1.70 m for every pair %"]]  # fmt: skip
-    for kind in KINDS[:-1]:
+    measured = layouts_from_labels(str(Path(folder) / "ground_truth_locations.csv"))
+    for kind, layouts in ((KINDS[1], measured), *((kind, ()) for kind in KINDS[:-1])):
         for posture in ("standing", "seated"):
-            photos = list(scenes(count, seed, Recipe(kind=kind, posture=posture)))
+            photos = list(scenes(count, seed, Recipe(kind=kind, posture=posture, layouts=layouts)))
+            places = ", KORTE's places" if layouts else ""
             for name, result in score_methods(photos, ["torso", "combined", "scene"]).items():
                 o = result.overall
                 rows.append([
-                    f"{kind.replace('_', ' ')}, {posture}", name, number(o.pair_error_pct_mean_over_images),
+                    f"{kind.replace('_', ' ')}, {posture}{places}", name, number(o.pair_error_pct_mean_over_images),
                     number(o.pair_error_pct_median_over_pairs), number(o.signed_bias_pct), number(o.pair_recall, 2),
                     number(o.coverage_90, 2), number(o.baseline_constant_pct),
                 ])  # fmt: skip
@@ -102,7 +104,7 @@ def tables(folder: str, count: int, seed: int) -> str:
     ]  # fmt: skip
     for name in ("all", "outdoor", "indoor", "elevated", "f1"):
         parts += [f"### Annotated points, protocol `seker2021`: {name}\n", paper_table(name, published)]
-    parts += [f"### Synthetic scenes, protocol `v1`, {count} photos a row\n", synthetic(count, seed)]
+    parts += [f"### Synthetic scenes, protocol `v1`, {count} photos a row\n", synthetic(folder, count, seed)]
     return "\n".join(parts)
 
 

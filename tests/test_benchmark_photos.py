@@ -71,3 +71,15 @@ def test_photos_to_score_and_on_again(benchmark: Path, capsys: pytest.CaptureFix
     assert (benchmark / "calls.txt").read_text() == calls
     tables = score_files(benchmark / "run", benchmark / "labels").overall
     assert tables.n_detected == kept.n_detected
+
+
+def test_recorded_keypoints_need_no_photos(benchmark: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The camera is in the file that a synthetic set comes with, so the errors are those of the geometry alone."""
+    labels = benchmark / "labels"
+    command = ["benchmark", "--keypoints", str(labels / "keypoints.json"), "--labels", str(labels), "--jobs", "0"]
+    assert main([*command, "--out", str(benchmark / "recorded"), "--method", "torso,scene"]) == 0
+    assert "scene" in capsys.readouterr().out
+    overall = score_files(benchmark / "recorded" / "predictions_scene.json", labels).overall
+    assert (overall.detection_rate, overall.n_unscored) == (1, 0)
+    assert main(command) == 2
+    assert "--out DIR" in capsys.readouterr().err

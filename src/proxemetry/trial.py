@@ -62,7 +62,7 @@ def predict_labels(labels: Labels, settings: Settings) -> tuple[Prediction, ...]
 
 
 def predict_photos(
-    images: str | Path,
+    images: str | Path | None,
     out: str | Path,
     settings: Mapping[str, Settings],
     *,
@@ -72,6 +72,7 @@ def predict_photos(
 ) -> dict[str, Predictions]:
     """Find the people of a folder of photos, and return the answers of each named method.
 
+    images: None where `pose` is recorded keypoints, which need no photos.
     The results folder `out` keeps a run with default settings, whatever the methods: a run that was stopped goes on,
     people are looked for once, and each method places the same people. Corrections by hand do not count. `tell` hears
     of the run's progress. Raises what `archive.run` raises.
@@ -80,12 +81,12 @@ def predict_photos(
     from .archive.run import run
     from .archive.work import Job
 
-    run([str(images)], Job(str(out), pose), jobs=jobs, tell=tell)
+    run([str(images)] if images else [], Job(str(out), pose), jobs=jobs, tell=tell)
     scenes = list(Results.open(str(out)).scenes(corrected=False))
     return {
         method: Predictions(
             tuple(prediction_of(scene if scene.status == "failed" else remeasure(scene, chosen)) for scene in scenes),
-            f"{method} on {images}",
+            f"{method} on {images or pose}",
         )
         for method, chosen in settings.items()
     }

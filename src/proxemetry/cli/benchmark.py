@@ -30,8 +30,9 @@ Without the photos the geometry alone can be tried on the annotated points, give
 korte/labels/focal_lengths.csv (columns filename,focal_length_mm):
                             proxemetry benchmark --keypoints labels --labels korte/labels --method all
 
-Cite the benchmark as: M. Seker, A. Männistö, A. Iosifidis, J. Raitoharju, Automatic social distance estimation for
-photographic studies, Machine Learning with Applications, 2022, doi 10.1016/j.mlwa.2022.100427.
+Cite the benchmark as: M. Seker, A. Männistö, A. Iosifidis, J. Raitoharju, Automatic Social Distance Estimation From
+Images: Performance Evaluation, Test Benchmark, and Algorithm, arXiv 2103.06759; journal version in Machine Learning
+with Applications, 2022, doi 10.1016/j.mlwa.2022.100427.
 """
 
 
@@ -42,7 +43,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--labels", metavar="DIR", help="folder with the three label files")
     parser.add_argument("--images", metavar="DIR", help="folder with the photos")
     parser.add_argument(
-        "--keypoints", choices=("labels",), help="labels: the annotated points as keypoints, no photos needed"
+        "--keypoints",
+        metavar="labels|FILE",
+        help="no photos needed. labels: the annotated points as keypoints; FILE: recorded keypoints of the photos",
     )
     parser.add_argument(
         "--method", default=DEFAULT_METHOD, metavar="NAMES",
@@ -66,17 +69,12 @@ def run(args: argparse.Namespace) -> int:
         print(HOW, end="")
         return DONE
     if not args.labels or (args.images is None) == (args.keypoints is None):
-        raise SettingsError("benchmark needs --labels DIR and either --images DIR or --keypoints labels; see --how")
+        raise SettingsError("benchmark needs --labels DIR and either --images DIR or --keypoints; see --how")
     methods = _methods(args.method)
     labels = read_labels(args.labels, errata=PROTOCOLS[args.protocol].errata)
     settings = {m: Settings(method=m, locate=LocateSettings(body_size=args.body_size)) for m in methods}
-    if args.images:
-        if not args.out:
-            raise SettingsError("--images needs --out DIR: what is finished is kept there, and a rerun goes on from it")
-        from .progress import Reporter
-
-        with Reporter() as reporter:
-            answers = predict_photos(args.images, args.out, settings, pose=args.pose, jobs=args.jobs, tell=reporter)
+    if args.keypoints != "labels":
+        answers = _measured(args, settings)
     else:
         answers = {m: Predictions(predict_labels(labels, s), f"{m} on annotated points") for m, s in settings.items()}
     scores = {m: score(labels, given, args.protocol) for m, given in answers.items()}
@@ -87,6 +85,19 @@ def run(args: argparse.Namespace) -> int:
     else:
         show(scores, args)
     return DONE
+
+
+def _measured(args: argparse.Namespace, settings: dict[str, Settings]) -> dict[str, Predictions]:
+    """Find people in the photos, or in the file of recorded keypoints, and place them by each method."""
+    from .progress import Reporter
+
+    if not args.out:
+        raise SettingsError(
+            "benchmark needs --out DIR here: what is finished is kept there, and a rerun goes on from it"
+        )
+    pose = f"recorded:{args.keypoints}" if args.keypoints else args.pose
+    with Reporter() as reporter:
+        return predict_photos(args.images, args.out, settings, pose=pose, jobs=args.jobs, tell=reporter)
 
 
 def _methods(names: str) -> list[str]:
