@@ -61,3 +61,12 @@ def broken_at_seven(pixels: np.ndarray) -> np.ndarray:
     if is_number(pixels, 7):
         raise ZeroDivisionError("seven")
     return two_people(pixels)
+
+
+COUNT = {"calls": 0}
+
+
+def counted(pixels: np.ndarray) -> np.ndarray:
+    """Count how often it is asked."""
+    COUNT["calls"] += 1
+    return two_people(pixels)

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import copy
 import hashlib
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Any, cast
 
@@ -43,8 +45,13 @@ class Settings:
 
     def to_dict(self) -> dict[str, Any]:
         """Return the settings as JSON values; of a camera table the name and the hash of what it says."""
-        fields = _plain(asdict(self))
+        return copy.deepcopy(self._fields)
+
+    @cached_property
+    def _fields(self) -> dict[str, Any]:
+        """The settings as JSON values, made once: every scene carries them, and a camera table may be long."""
         table = self.focal.camera_table
+        fields = _plain(asdict(replace(self, focal=replace(self.focal, camera_table=None))))
         if table is not None:
             digest = hashlib.sha256(repr(table.rows).encode()).hexdigest()
             fields["focal"]["camera_table"] = f"{Path(table.source).name} sha256:{digest}"

@@ -5,6 +5,8 @@ The codebook is made from here, so that a column and its meaning can never part.
 
 from __future__ import annotations
 
+import csv
+import io
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -220,3 +222,28 @@ def safe_distance_columns(limit_m: float | None) -> tuple[Column, ...]:
             lambda s: None if limit_m is None else s.distances.below(limit_m),
         ),
     )
+
+
+def all_columns() -> dict[str, tuple[Column, ...]]:
+    """Return every table's columns, those of the safe distance with the photos'."""
+    return {**TABLES, "photos": (*TABLES["photos"], *safe_distance_columns(None))}
+
+
+def codebook_csv() -> str:
+    """Return table, column, type, unit and meaning of everything in the tables, as CSV."""
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow(("table", "column", "type", "unit", "meaning"))
+    for table, columns in all_columns().items():
+        writer.writerows((table, c.name, c.kind, c.unit, c.meaning) for c in columns)
+    return out.getvalue()
+
+
+def codebook_markdown() -> str:
+    """Return the same as a page."""
+    lines = ["# Codebook", "", "The columns of the tables in a results folder; a value that is missing is empty.", ""]
+    for table, columns in all_columns().items():
+        lines += [f"## {table}", "", "| column | type | unit | meaning |", "|---|---|---|---|"]
+        lines += [f"| `{c.name}` | {c.kind.lower()} | {c.unit} | {c.meaning} |" for c in columns]
+        lines.append("")
+    return "\n".join(lines)

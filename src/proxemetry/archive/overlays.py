@@ -45,7 +45,8 @@ def draw(results: Results, *, faces: str = "show", jobs: int = 1, tell: Callable
     wanted = (
         (scene.to_json(), locations.get(scene.photo))
         for scene in results.scenes()
-        if scene.status != "failed" and (scene.photo in corrected or not (root / file_of(scene.photo)).exists())
+        if scene.status in ("ok", "no_camera")
+        and (scene.photo in corrected or not (root / file_of(scene.photo)).exists())
     )
     work = partial(_draw_batch, str(root), faces)
     if jobs <= 1:

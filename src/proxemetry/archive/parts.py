@@ -125,16 +125,17 @@ def scenes(folder: Folder, photos: Iterable[str] | None = None, *, with_copies: 
 
 
 @cache
-def connection() -> Any:
-    """Return this process's DuckDB, with one thread: whatever runs in parallel here runs as processes."""
+def connection(threads: int | None = 1) -> Any:
+    """Return this process's DuckDB: with one thread, since whatever runs in parallel runs as processes, or with all."""
     import duckdb
 
-    return duckdb.connect(config={"threads": 1, "autoinstall_known_extensions": False})
+    config: dict[str, Any] = {"autoinstall_known_extensions": False}
+    return duckdb.connect(config=config if threads is None else {**config, "threads": threads})
 
 
-def attached(folder: Folder) -> Any:
+def attached(folder: Folder, threads: int | None = 1) -> Any:
     """Return this process's DuckDB, able to read the folder."""
-    connected = connection()
+    connected = connection(threads)
     if folder.filesystem is not None and not connected.filesystem_is_registered(folder.location.partition("://")[0]):
         connected.register_filesystem(folder.filesystem)
     return connected

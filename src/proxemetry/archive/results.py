@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from ..errors import OutputError
 from ..scene import Scene
-from ..tables import TABLES, safe_distance_columns
+from ..tables import TABLES, codebook_csv, safe_distance_columns
 from . import manifest, parts
 from .corrections import corrected_scenes
 from .folder import Folder, is_url
@@ -76,18 +76,30 @@ class Results:
             self.folder.location, lambda photos: parts.scenes(self.folder, photos, with_copies=photos is not None)
         )
 
-    def write_tables(self, safe_distance_m: float | None = None) -> None:
-        """Write photos, people and pairs as CSV and Parquet; raises OutputError where they cannot be written."""
-        duck = attached(self.folder)
-        duck.execute(f"CREATE OR REPLACE TEMP VIEW measured AS {self._rows()}")
-        for table in TABLES:
-            query = _table_query(table, safe_distance_m)
-            for form in TABLE_FORMATS:
-                options = "FORMAT csv, HEADER" if form == "csv" else "FORMAT parquet, COMPRESSION zstd"
-                with self.folder.writing(f"{table}.{form}") as temporary:
-                    duck.execute(f"COPY ({query}) TO {quoted(temporary)} ({options})")
+    def write_tables(
+        self, safe_distance_m: float | None = None, target: Folder | None = None, formats: Sequence[str] = TABLE_FORMATS
+    ) -> None:
+        """Write photos, people and pairs with corrections applied, and the codebook, here or into `target`.
 
-    def _rows(self) -> str:
+        Raises OutputError where they cannot be written.
+        """
+        target = target or self.folder
+        duck = self.view()
+        for table in TABLES:
+            query = table_query(table, safe_distance_m)
+            for form in formats:
+                options = "FORMAT csv, HEADER" if form == "csv" else "FORMAT parquet, COMPRESSION zstd"
+                with target.writing(f"{table}.{form}") as temporary:
+                    duck.execute(f"COPY ({query}) TO {quoted(temporary)} ({options})")
+        target.write("codebook.csv", codebook_csv().encode())
+
+    def view(self) -> Any:
+        """Return a DuckDB in which `table_query` finds the rows of all parts, corrections applied."""
+        duck = attached(self.folder, threads=None)
+        duck.execute(f"CREATE OR REPLACE TEMP VIEW measured AS {self._rows(duck)}")
+        return duck
+
+    def _rows(self, duck: Any) -> str:
         """Return the query for all rows of all parts, those of corrected scenes replaced."""
         every = (
             f"SELECT * EXCLUDE (scene) FROM read_parquet({quoted(self.folder.path(parts.FOLDER))} || '/part-*.parquet')"
@@ -96,7 +108,6 @@ class Results:
         if not changed:
             return every
         rows = f"[{','.join(record_of(scene).json for scene in changed.values())}]"
-        duck = attached(self.folder)
         duck.execute(
             "CREATE OR REPLACE TEMP TABLE corrected AS SELECT * EXCLUDE (scene) FROM "
             "(SELECT unnest(from_json($rows::JSON, $structure), max_depth := 2))",
@@ -105,7 +116,8 @@ class Results:
         return f"{every} WHERE photo NOT IN (SELECT photo FROM corrected) UNION ALL BY NAME FROM corrected"
 
 
-def _table_query(table: str, safe_distance_m: float | None) -> str:
+def table_query(table: str, safe_distance_m: float | None) -> str:
+    """Return the SQL of one table over the view of `Results.view`."""
     columns = ", ".join(c.name for c in TABLES[table])
     if table == "photos":
         limit = "NULL::DOUBLE" if safe_distance_m is None else f"{float(safe_distance_m)!r}::DOUBLE"
@@ -138,6 +150,7 @@ def forget(folder: Folder) -> None:
     for table in TABLES:
         for form in TABLE_FORMATS:
             folder.remove(f"{table}.{form}")
+    folder.remove("codebook.csv")
     folder.remove(RUN_FILE)
     if not is_url(folder.location):
         folder.sweep(parts.FOLDER)

@@ -70,6 +70,9 @@ class Measurer:
         self.job = job
         self.folder = Folder(job.results)
         self.backend: PoseBackend = backend_named(job.pose, job.options)
+        self._made_by = Provenance(
+            __version__, job.settings.method, self.backend.name, dict(self.backend.models), job.settings.to_dict()
+        )
         self._errors: list[str] = []
 
     def run(self, task: Task, tick: Callable[[], None] = lambda: None) -> Finished:
@@ -100,10 +103,6 @@ class Measurer:
             yield scene
 
     def _scene(self, item: Item) -> Scene:
-        made_by = Provenance(
-            __version__, self.job.settings.method, self.backend.name, dict(self.backend.models),
-            self.job.settings.to_dict(),
-        )  # fmt: skip
         try:
             with _opened(item, self.backend, self.job) as photo:
                 return measure(photo, pose=self.backend, settings=self.job.settings)
@@ -114,7 +113,7 @@ class Measurer:
         except Exception as error:  # a bug costs one photo, never the run; its traceback is shown
             reason = f"internal error ({type(error).__name__}: {error})"
             self._errors.append(f"{item.photo}\n{traceback.format_exc()}")
-        return Scene.failed(item.photo, " ".join(reason.split()), _sha256(item), made_by)
+        return Scene.failed(item.photo, " ".join(reason.split()), _sha256(item), self._made_by)
 
 
 def died(item: Item, how: str, job: Job, pose: str, models: Mapping[str, str]) -> Record:

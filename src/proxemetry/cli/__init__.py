@@ -17,6 +17,8 @@ from ..errors import ProxemetryError
 #: Command -> what `--help` says of it. Module `cli.COMMAND` has `configure(parser)` and `run(args) -> exit code`.
 COMMANDS: dict[str, str] = {
     "measure": "measure how far apart the people in photos stand",
+    "summary": "an archive's figures by year, country, folder or any column",
+    "export": "results for other programs: SPSS, COCO keypoints, the tables anew, the codebook",
     "score": "score predictions against a benchmark's labels, or check a labels folder",
     "benchmark": "run methods on a benchmark's photos, or its annotated points, and score them",
     "models": "list, fetch and check the networks that find people",

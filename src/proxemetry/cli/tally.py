@@ -19,7 +19,8 @@ def print_results(results: Results) -> int:
     totals = _one_row(
         duck,
         "SELECT count(*) photos, count(*) FILTER (status = 'ok') measured, count(*) FILTER (status = 'failed') failed, "
-        "count(*) FILTER (status = 'no_camera') no_camera, count(*) - count(DISTINCT nullif(sha256, '')) "
+        "count(*) FILTER (status = 'no_camera') no_camera, count(*) FILTER (status = 'excluded') excluded, "
+        "count(*) - count(DISTINCT nullif(sha256, '')) "
         "- count(*) FILTER (coalesce(sha256, '') = '') copies, sum(n_people) people, sum(n_pairs) pairs, "
         f"any_value(safe_distance_m) safe_m, sum(n_below_safe) below FROM {photos}",
     )
@@ -57,7 +58,12 @@ def _print_photos(duck: Any, photos: str, pairs: str) -> None:
 def _print_totals(duck: Any, totals: dict[str, Any], pairs: str) -> None:
     rest = [
         f"{totals[key]} {text}"
-        for key, text in (("no_camera", "without a focal length"), ("failed", "failed"), ("copies", "copies of others"))
+        for key, text in (
+            ("no_camera", "without a focal length"),
+            ("failed", "failed"),
+            ("excluded", "excluded in review"),
+            ("copies", "copies of others"),
+        )
         if totals[key]
     ]
     print(f"photos   {totals['photos']}: {totals['measured']} measured{''.join(', ' + r for r in rest)}")

@@ -1,0 +1,67 @@
+"""`proxemetry export`: the tables anew, for SPSS, as COCO keypoints, and the codebook."""
+
+from __future__ import annotations
+
+import argparse
+
+from ..archive.export import write_coco, write_spss
+from ..archive.folder import Folder
+from ..archive.results import TABLE_FORMATS, Results
+from ..errors import OutputError, SettingsError
+from ..tables import codebook_markdown
+from . import DONE
+
+FORMATS = (*TABLE_FORMATS, "spss", "coco")
+
+_EXAMPLES = """examples:
+  proxemetry export results                         the CSV and Parquet tables anew, corrections applied
+  proxemetry export results --format spss           photos.sav, people.sav, pairs.sav with labels
+  proxemetry export results --format coco --out elsewhere
+  proxemetry export --codebook                      what every column means
+"""
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add this command's options."""
+    parser.epilog = _EXAMPLES
+    parser.add_argument("results", nargs="?", metavar="DIR", help="results folder")
+    parser.add_argument(
+        "--format", type=_formats, default=TABLE_FORMATS, metavar="A,B", help="of csv, parquet, spss, coco"
+    )
+    parser.add_argument("--out", metavar="DIR", help="where to write; default: the results folder")
+    parser.add_argument(
+        "--safe-distance", type=float, metavar="M", help="count the pairs nearer than M; default: the run's"
+    )
+    parser.add_argument("--codebook", action="store_true", help="print the codebook and do nothing else")
+
+
+def _formats(text: str) -> tuple[str, ...]:
+    chosen = tuple(part.strip() for part in text.split(","))
+    if unknown := [c for c in chosen if c not in FORMATS]:
+        raise argparse.ArgumentTypeError(f"{', '.join(unknown)}: use {', '.join(FORMATS)}")
+    return chosen
+
+
+def run(args: argparse.Namespace) -> int:
+    """Write what was asked for and return the exit code."""
+    if args.codebook:
+        print(codebook_markdown(), end="")
+        return DONE
+    if args.results is None:
+        raise SettingsError("no results named: proxemetry export DIR")
+    results = Results.open(args.results)
+    if missing := len(results.missing_shards()):
+        raise OutputError(
+            f"{args.results}: {missing} parts are not there yet; `proxemetry measure --out {args.results}` goes on"
+        )
+    target = Folder(args.out) if args.out else results.folder
+    safe = results.run.get("safe_distance_m") if args.safe_distance is None else args.safe_distance
+    tables = [f for f in args.format if f in TABLE_FORMATS]
+    if tables:
+        results.write_tables(safe, target, tables)
+    if "spss" in args.format:
+        write_spss(results, target, safe)
+    if "coco" in args.format:
+        write_coco(results, target)
+    print(f"written to {target.location}: {', '.join(args.format)}")
+    return DONE

@@ -1,0 +1,101 @@
+"""`proxemetry summary`: an archive's figures by year, country, folder or any column."""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import math
+import sys
+from pathlib import Path
+from typing import IO, Any
+
+from ..archive.folder import Folder
+from ..archive.results import Results
+from ..archive.summary import GROUPINGS, Summary, summarise
+from ..distances import ZONES
+from . import DONE
+
+_EXAMPLES = f"""examples:
+  proxemetry summary results --by year
+  proxemetry summary results --by country --by year --csv figures.csv
+  proxemetry summary results --by folder --figures figures
+
+--by takes {", ".join(GROUPINGS)} or any column of the photos table. Brackets are the central 90 % of where a figure
+may lie if the photos are a sample; photos are what is sampled, their pairs are not independent.
+"""
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add this command's options."""
+    parser.epilog = _EXAMPLES
+    parser.add_argument("results", metavar="DIR", help="results folder")
+    parser.add_argument("--by", action="append", default=[], metavar="WHAT", help="group by this; may be given again")
+    parser.add_argument("--distinct", action="store_true", help="count copies of a file once a group")
+    parser.add_argument(
+        "--csv", metavar="FILE", help="write the figures as CSV too (- for stdout, instead of the table)"
+    )
+    parser.add_argument(
+        "--figures", metavar="DIR", help="draw the distribution by group and, with years or months, over time"
+    )
+
+
+def run(args: argparse.Namespace) -> int:
+    """Print, write and draw the figures; return the exit code."""
+    results = Results.open(args.results)
+    by = [name.strip() for text in args.by for name in text.split(",") if name.strip()]
+    summary = summarise(results, by, distinct=args.distinct)
+    if args.csv == "-":
+        _write_csv(summary, sys.stdout)
+    else:
+        _print(summary)
+    if args.csv and args.csv != "-":
+        folder, _, name = args.csv.rpartition("/")
+        with Folder(folder or ".").writing(name) as temporary, Path(temporary).open("w", newline="") as file:
+            _write_csv(summary, file)
+    if args.figures:
+        from ..archive.summary_figures import draw
+
+        for path in draw(summary, args.figures):
+            print(path, file=sys.stderr)
+    return DONE
+
+
+def _write_csv(summary: Summary, file: IO[str]) -> None:
+    rows = summary.rows()
+    writer = csv.DictWriter(file, list(rows[0]) if rows else [], lineterminator="\n")
+    writer.writeheader()
+    writer.writerows({name: _cell(value) for name, value in row.items()} for row in rows)
+
+
+def _cell(value: Any) -> Any:
+    if isinstance(value, float):
+        return "" if math.isnan(value) else f"{value:.5g}"
+    return "" if value is None else value
+
+
+def _print(summary: Summary) -> None:
+    header = [*summary.by, "photos", "people", "pairs", "median m", *ZONES]
+    lines = [
+        [
+            *("unknown" if k is None else k for k in group.key),
+            str(group.n_photos), str(group.n_people), str(group.n_pairs),
+            _bracketed(group.median_m, "{:.2f}"), *(_bracketed(zone, "{:.0%}") for zone in group.zones),
+        ]
+        for group in summary.groups
+    ]  # fmt: skip
+    widths = [max(map(len, column)) for column in zip(header, *lines, strict=True)]
+    n_keys = len(summary.by)
+    for line in [header, *lines]:
+        cells = [
+            text.ljust(width) if column < n_keys else text.rjust(width)
+            for column, (text, width) in enumerate(zip(line, widths, strict=True))
+        ]
+        print("  ".join(cells).rstrip())
+
+
+def _bracketed(share: Any, form: str) -> str:
+    if math.isnan(share.value):
+        return "-"
+    if math.isnan(share.low):
+        return form.format(share.value)
+    return f"{form.format(share.value)} [{form.format(share.low)}, {form.format(share.high)}]"

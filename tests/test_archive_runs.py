@@ -1,0 +1,282 @@
+"""Runs over many photos: nothing lost and nothing doubled, whatever happens in between."""
+
+from __future__ import annotations
+
+import contextlib
+import csv
+import os
+import random
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from collections import Counter
+from pathlib import Path
+
+import pytest
+from small_photos import write_photo, write_photos
+
+import proxemetry
+from proxemetry.archive import manifest, parts
+from proxemetry.archive.folder import Folder
+from proxemetry.archive.results import Results
+from proxemetry.archive.run import run
+from proxemetry.archive.work import Job
+from proxemetry.errors import OutputError, SettingsError
+
+HERE = str(Path(__file__).parent)
+SOURCE = str(Path(proxemetry.__file__).parents[1])
+TWO_PEOPLE = "python:small_photos:two_people"
+
+
+def job(out, detector="two_people"):
+    return Job(str(out), f"python:small_photos:{detector}")
+
+
+def rows(out, name="photos"):
+    with (Path(out) / f"{name}.csv").open(newline="", encoding="utf-8") as file:
+        return list(csv.DictReader(file))
+
+
+def timeless(out, name):
+    return [{k: v for k, v in row.items() if k != "seconds"} for row in rows(out, name)]
+
+
+def leftovers(out):
+    """Return what no finished run may leave: anything hidden or temporary."""
+    return [p for p in Path(out).rglob("*") if p.name.startswith(".") or p.name.endswith(".tmp")]
+
+
+def started(photos, out, *arguments):
+    """Start the command in a session of its own, so that its workers are found by their group."""
+    return subprocess.Popen(
+        [sys.executable, "-m", "proxemetry", "measure", photos, "--out", out, "--pose", TWO_PEOPLE, *arguments],
+        env={**os.environ, "PYTHONPATH": os.pathsep.join([HERE, SOURCE])},
+        stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, start_new_session=True,
+    )  # fmt: skip
+
+
+def workers_of(parent):
+    """Return the process ids of a command's workers."""
+    with contextlib.suppress(OSError):
+        children = Path(f"/proc/{parent}/task/{parent}/children").read_text().split()
+        return [int(c) for c in children if b"--multiprocessing-fork" in Path(f"/proc/{c}/cmdline").read_bytes()]
+    return []
+
+
+def wait_for_parts(out, count, process):
+    until = time.monotonic() + 60
+    while len(list(Path(out).glob("scenes/part-*.parquet"))) < count:
+        assert process.poll() is None, process.stderr.read()
+        assert time.monotonic() < until
+        time.sleep(0.01)
+
+
+def test_shards_cover_every_photo_once(tmp_path):
+    folder = Folder(tmp_path)
+    listed = manifest.frozen(folder, [f"{i}.jpg" for i in range(1000)])
+    assert listed.n_shards == 63  # 1000 photos in shards of 16
+    names = [item.photo for shard in range(listed.n_shards) for item in listed.items(shard)]
+    assert Counter(names) == Counter(f"{i}.jpg" for i in range(1000))
+    assert manifest.frozen(folder, None) == manifest.read(folder)
+
+
+def test_photos_that_came_later_get_shards_of_their_own(tmp_path):
+    photos = write_photos(tmp_path / "photos", 3)
+    run([str(photos)], job(tmp_path / "out"), jobs=0)
+    before = {p.name: p.read_bytes() for p in (tmp_path / "out" / "scenes").iterdir()}
+    write_photo(photos / "a_new_one.jpg", 77)
+    outcome = run([str(photos)], job(tmp_path / "out"), jobs=0)
+    assert outcome.measured.photos == 1
+    assert {name: (tmp_path / "out" / "scenes" / name).read_bytes() for name in before} == before
+    assert [r["photo"] for r in rows(tmp_path / "out")][-1] == "a_new_one.jpg"
+    assert len(rows(tmp_path / "out")) == 4
+
+
+def test_an_archive_mounted_elsewhere_goes_on(tmp_path):
+    photos = write_photos(tmp_path / "photos", 3)
+    run([str(photos)], job(tmp_path / "out"), jobs=0, shard=(1, 2))
+    shutil.move(photos, tmp_path / "elsewhere")
+    outcome = run([str(tmp_path / "elsewhere")], job(tmp_path / "out"), jobs=0)
+    assert outcome.complete
+    assert {r["status"] for r in rows(tmp_path / "out")} == {"ok"}
+
+
+def test_a_file_is_measured_once_and_reported_for_each_path(tmp_path):
+    photos = write_photos(tmp_path / "photos", 4)
+    original = photos / "00" / "photo_00001.jpg"
+    for name in ("copy.jpg", "z/other.jpg"):
+        (photos / name).parent.mkdir(exist_ok=True)
+        shutil.copy(original, photos / name)
+    run([str(photos)], job(tmp_path / "out", "counted"), jobs=0)
+    import small_photos
+
+    assert small_photos.COUNT["calls"] == 4
+    found = {r["photo"]: r for r in rows(tmp_path / "out")}
+    assert len(found) == 6
+    twins = [found[n] for n in ("00/photo_00001.jpg", "copy.jpg", "z/other.jpg")]
+    assert len({t["sha256"] for t in twins}) == 1
+    distances = {r["photo"]: r["distance_m"] for r in rows(tmp_path / "out", "pairs")}
+    assert distances["copy.jpg"] == distances["00/photo_00001.jpg"] == distances["z/other.jpg"]
+
+
+def test_workers_and_one_process_write_the_same(tmp_path):
+    photos = write_photos(tmp_path / "photos", 6)
+    run([str(photos)], job(tmp_path / "one"), jobs=0)
+    run([str(photos)], job(tmp_path / "two"), jobs=2)
+    for name in ("photos", "people", "pairs"):
+        assert timeless(tmp_path / "one", name) == timeless(tmp_path / "two", name)
+    for name in ("people", "pairs"):
+        for form in ("csv", "parquet"):
+            one, two = (tmp_path / folder / f"{name}.{form}" for folder in ("one", "two"))
+            assert one.read_bytes() == two.read_bytes()
+
+
+def test_a_photo_that_ends_its_process_becomes_a_row(tmp_path):
+    photos = write_photos(tmp_path / "photos", 9)
+    outcome = run([str(photos)], job(tmp_path / "out", "killed_by_seven"), jobs=2)
+    assert outcome.measured.failed == 1
+    assert outcome.measured.photos == 9
+    bad = [r for r in rows(tmp_path / "out") if r["status"] == "failed"]
+    assert [r["photo"] for r in bad] == ["00/photo_00007.jpg"]
+    assert "SIGKILL" in bad[0]["reason"]
+    assert len(rows(tmp_path / "out")) == 9
+
+
+def test_a_shard_is_taken_apart_for_a_photo_that_ends_its_process(tmp_path, monkeypatch):
+    monkeypatch.setattr(manifest, "SHARDS_OF_A_SMALL_RUN", 2)
+    photos = write_photos(tmp_path / "photos", 9)
+    outcome = run([str(photos)], job(tmp_path / "out", "killed_by_seven"), jobs=2)
+    assert outcome.n_shards == 2
+    assert (outcome.measured.photos, outcome.measured.failed) == (9, 1)
+    assert [r["photo"] for r in rows(tmp_path / "out") if r["status"] == "failed"] == ["00/photo_00007.jpg"]
+
+
+def test_shares_of_the_work_meet_in_one_folder(tmp_path):
+    photos = write_photos(tmp_path / "photos", 7)
+    first = run([str(photos)], job(tmp_path / "out"), jobs=0, shard=(1, 2))
+    assert not first.complete
+    assert not (tmp_path / "out" / "photos.csv").exists()
+    second = run([str(photos)], job(tmp_path / "out"), jobs=0, shard=(2, 2))
+    assert second.complete
+    assert first.measured.photos + second.measured.photos == len(rows(tmp_path / "out")) == 7
+
+
+def test_shares_at_the_same_time_do_not_meet(tmp_path):
+    photos = write_photos(tmp_path / "photos", 8)
+    both = [started(photos, tmp_path / "out", "--shard", f"{i}/2", "--jobs", "1") for i in (1, 2)]
+    for process in both:
+        _, said = process.communicate(timeout=120)
+        assert process.returncode == 0, said
+    assert Counter(r["photo"] for r in rows(tmp_path / "out")).most_common(1)[0][1] == 1
+    assert len(rows(tmp_path / "out")) == 8
+    assert not leftovers(tmp_path / "out")
+
+
+def test_parts_say_what_made_them(tmp_path):
+    photos = write_photos(tmp_path / "photos", 2)
+    run([str(photos)], job(tmp_path / "out"), jobs=0)
+    (found,) = parts.metadata_of(Folder(tmp_path / "out"), [0, 1])
+    assert found["proxemetry_version"] == proxemetry.__version__
+    assert len(found["proxemetry_settings_sha256"]) == 64
+    assert TWO_PEOPLE in found["proxemetry_settings"]
+    assert found["proxemetry_models"] == "{}"
+    (tmp_path / "out" / "run.json").unlink()  # the parts alone still refuse
+    with pytest.raises(OutputError, match="two_people"):
+        run([str(photos)], job(tmp_path / "out", "broken_at_seven"), jobs=0)
+
+
+def test_results_give_scenes_back(tmp_path):
+    photos = write_photos(tmp_path / "photos", 3)
+    run([str(photos)], job(tmp_path / "out"), jobs=0)
+    results = Results.open(tmp_path / "out")
+    assert [s.photo for s in results.scenes()] == [r["photo"] for r in rows(tmp_path / "out")]
+    (one,) = results.scenes(["00/photo_00001.jpg"])
+    (pair,) = [r for r in rows(tmp_path / "out", "pairs") if r["photo"] == one.photo]
+    assert float(pair["distance_m"]) == pytest.approx(one.distances_m[0, 1], rel=1e-5)
+    assert Path(results.locations()[one.photo]).exists()
+    assert results.missing_shards() == []
+
+
+def test_a_folder_without_results_is_refused(tmp_path):
+    with pytest.raises(OutputError, match="no results there"):
+        Results.open(tmp_path)
+    with pytest.raises(SettingsError, match="no photos named"):
+        run([], job(tmp_path), jobs=0)
+
+
+def test_interrupted_it_ends_cleanly_and_goes_on(tmp_path):
+    photos = write_photos(tmp_path / "photos", 64)
+    process = started(photos, tmp_path / "out", "--jobs", "2")
+    wait_for_parts(tmp_path / "out", 2, process)
+    process.send_signal(signal.SIGINT)
+    _, said = process.communicate(timeout=30)
+    assert process.returncode == 130
+    assert "stopped; what was finished is kept" in said
+    assert "Traceback" not in said
+    assert not leftovers(tmp_path / "out")
+    process = started(photos, tmp_path / "out", "--jobs", "2")
+    _, said = process.communicate(timeout=120)
+    assert process.returncode == 0, said
+    assert Counter(r["photo"] for r in rows(tmp_path / "out")).most_common(1)[0][1] == 1
+    assert len(rows(tmp_path / "out")) == 64
+
+
+@pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="finds workers through /proc")
+def test_killed_at_random_nothing_is_lost_or_doubled(tmp_path):
+    """Each round loses a worker, then the command, alone or with its workers. The long form is benchmarks/kills.py."""
+    photos, out = write_photos(tmp_path / "photos", 200), tmp_path / "out"
+    chance = random.Random(20260101)
+    for round_ in range(3):
+        process = started(photos, out, "--jobs", "2")
+        there = len(list(out.glob("scenes/part-*.parquet")))
+        wait_for_parts(out, there + chance.randrange(1, 5), process)
+        for worker in workers_of(process.pid)[:1]:
+            os.kill(worker, signal.SIGKILL)
+        wait_for_parts(out, there + chance.randrange(5, 12), process)
+        for victim in [process.pid, *(workers_of(process.pid) if round_ else [])]:
+            with contextlib.suppress(ProcessLookupError):
+                os.kill(victim, signal.SIGKILL)
+        process.communicate(timeout=30)
+    process = started(photos, out, "--jobs", "2")
+    _, said = process.communicate(timeout=120)
+    assert process.returncode == 0, said
+    found = rows(out)
+    assert Counter(r["photo"] for r in found) == Counter(f"{i // 100:02d}/photo_{i:05d}.jpg" for i in range(200))
+    assert {r["status"] for r in found} == {"ok"}
+    assert not leftovers(out)
+
+
+@pytest.fixture
+def small_disk(tmp_path):
+    """Yield a folder on a disk of its own with 1 MB; only a superuser of Linux can have one."""
+    disk = tmp_path / "disk"
+    disk.mkdir()
+    if not sys.platform.startswith("linux") or os.geteuid() != 0:
+        pytest.skip("needs a superuser of Linux to mount a small disk")
+    if subprocess.run(["mount", "-t", "tmpfs", "-o", "size=400k", "none", disk], capture_output=True).returncode:
+        pytest.skip("a small disk cannot be mounted here")
+    yield disk
+    subprocess.run(["umount", "-l", disk], check=True)
+
+
+def test_a_full_disk_stops_with_one_line_and_goes_on_when_there_is_room(tmp_path, small_disk):
+    photos = write_photos(tmp_path / "photos", 40)
+    ballast = small_disk / "ballast"
+    ballast.write_bytes(b"0" * 250_000)
+    process = started(photos, small_disk / "out", "--jobs", "2")
+    _, said = process.communicate(timeout=120)
+    assert process.returncode == 2
+    problem = [line for line in said.splitlines() if line.startswith("proxemetry:")]
+    assert len(problem) == 1
+    assert "no space left" in problem[0]
+    assert "Traceback" not in said
+    assert not leftovers(small_disk / "out")
+    ballast.unlink()
+    subprocess.run(["mount", "-o", "remount,size=8m", small_disk], check=True)
+    process = started(photos, small_disk / "out", "--jobs", "2")
+    _, said = process.communicate(timeout=120)
+    assert process.returncode == 0, said
+    assert len(rows(small_disk / "out")) == 40
+    assert not leftovers(small_disk / "out")

@@ -1,0 +1,134 @@
+"""An archive's figures: against counts made by hand, and what their intervals promise."""
+
+import csv
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from proxemetry.archive.results import Results
+from proxemetry.archive.summary import _group, summarise
+from proxemetry.cli import main
+from proxemetry.distances import ZONES, zone_of
+from proxemetry.errors import OutputError, SettingsError
+
+
+def results_of(folder, photos, pairs):
+    """Write the two tables that a summary reads. photos: (photo, date, country, people); pairs: (photo, metres)."""
+    duckdb = pytest.importorskip("duckdb")
+    folder.mkdir()
+    (folder / "run.json").write_text("{}")
+    duck = duckdb.connect()
+    duck.execute(
+        "CREATE TABLE photos (photo VARCHAR, sha256 VARCHAR, date VARCHAR, country VARCHAR, n_people INTEGER, "
+        "status VARCHAR)"
+    )
+    duck.executemany("INSERT INTO photos VALUES (?, ?, ?, ?, ?, ?)", [(*p, "ok")[:6] for p in photos])
+    zones = ", ".join(f"p_{z} DOUBLE" for z in ZONES)
+    duck.execute(f"CREATE TABLE pairs (photo VARCHAR, distance_m DOUBLE, {zones})")
+    rows = [(p, d, *(float(zone_of(math.nan if d is None else d) == z) for z in ZONES)) for p, d in pairs]
+    duck.executemany("INSERT INTO pairs VALUES (?, ?, ?, ?, ?, ?)", rows)
+    for table in ("photos", "pairs"):
+        duck.execute(f"COPY {table} TO '{folder / table}.parquet' (FORMAT parquet)")
+    return Results.open(folder)
+
+
+@pytest.fixture
+def small(tmp_path):
+    photos = [
+        ("a/1.jpg", "s1", "1990-05-01", "Finland", 3),
+        ("a/2.jpg", "s2", "1990", "Finland", 2),
+        ("b/3.jpg", "s3", "2001-01-01T10:00:00", None, 2),
+        ("4.jpg", "s2", None, "Italy", 1),
+    ]
+    pairs = [("a/1.jpg", 0.3), ("a/1.jpg", 1.0), ("a/1.jpg", 2.0), ("a/2.jpg", 1.1), ("b/3.jpg", 5.0), ("4.jpg", None)]
+    return results_of(tmp_path / "results", photos, pairs)
+
+
+def test_figures_are_those_counted_by_hand(small):
+    (all_of_them,) = summarise(small).groups
+    assert (all_of_them.n_photos, all_of_them.n_people, all_of_them.n_pairs) == (4, 8, 5)
+    assert all_of_them.median_m.value == 1.1
+    assert [z.value for z in all_of_them.zones] == pytest.approx([0.2, 0.4, 0.2, 0.2])
+    assert all_of_them.expected_zones == pytest.approx([0.2, 0.4, 0.2, 0.2])
+
+
+def test_groups_by_year_country_folder_and_column(small):
+    years = {g.key: (g.n_photos, g.n_pairs) for g in summarise(small, ["year"]).groups}
+    assert years == {("1990",): (2, 4), ("2001",): (1, 1), (None,): (1, 0)}
+    folders = {g.key[0]: g.n_pairs for g in summarise(small, ["folder"]).groups}
+    assert folders == {".": 0, "a": 4, "b": 1}
+    both = {g.key: g.n_people for g in summarise(small, ["country", "year"]).groups}
+    assert both == {("Finland", "1990"): 5, ("Italy", None): 1, (None, "2001"): 2}
+    assert {g.key[0] for g in summarise(small, ["n_people"]).groups} == {"1", "2", "3"}
+
+
+def test_photos_that_a_reviewer_excluded_do_not_count(tmp_path):
+    photos = [("1.jpg", "s1", None, None, 2, "excluded"), ("2.jpg", "s2", None, None, 2)]
+    (group,) = summarise(results_of(tmp_path / "results", photos, [("2.jpg", 1.0)])).groups
+    assert group.n_photos == 1
+
+
+def test_copies_count_once_where_asked_for(small):
+    assert summarise(small, distinct=True).groups[0].n_photos == 3
+
+
+def test_unknown_groupings_and_unfinished_folders_are_refused(small, tmp_path):
+    with pytest.raises(SettingsError, match="shoe size"):
+        summarise(small, ["shoe size"])
+    (tmp_path / "results" / "photos.parquet").unlink()
+    with pytest.raises(OutputError, match="no tables"):
+        summarise(small)
+
+
+def columns_of(distances, photo):
+    order = np.argsort(distances)
+    distances = np.asarray(distances, dtype=float)[order]
+    return {"distance_m": distances, "row": np.asarray(photo)[order], **{f"p_{z}": np.zeros(len(order)) for z in ZONES}}
+
+
+def test_intervals_hold_what_they_promise():
+    # 60 photos drawn anew 400 times; the pairs of one photo are alike, so counting pairs would promise too much.
+    random = np.random.default_rng(5)
+    truth = 0.5  # of the pairs are nearer than 1.219 m: exp(N(0, .)) * 1.219 has its median there
+    in_share = in_median = 0
+    for _ in range(400):
+        pairs_each = random.integers(1, 7, 60)
+        photo = np.repeat(np.arange(60), pairs_each)
+        distances = 1.219 * np.exp(random.normal(0, 0.4, 60)[photo] + random.normal(0, 0.2, len(photo)))
+        group = _group((), 60, 0, columns_of(distances, photo))
+        low = group.zones[2].low + group.zones[3].low
+        near_low, near_high = 1 - (group.zones[2].high + group.zones[3].value), 1 - low
+        in_share += near_low <= truth <= near_high
+        in_median += group.median_m.low <= 1.219 <= group.median_m.high
+    assert 0.85 <= in_share / 400 <= 0.97
+    assert 0.85 <= in_median / 400 <= 0.95
+
+
+def test_one_photo_tells_no_interval_and_nobody_is_not_certainty():
+    alone = _group((), 1, 2, columns_of([1.0, 2.0, 3.0], [0, 0, 0]))
+    assert math.isnan(alone.zones[2].low)
+    assert math.isnan(alone.median_m.low)
+    none_near = _group((), 10, 20, columns_of(np.full(10, 2.0), range(10)))
+    assert none_near.zones[0].value == 0
+    assert 0.1 < none_near.zones[0].high < 0.4  # ten photos without one: Wilson's 21 %
+    assert none_near.zones[2].high == pytest.approx(1)
+
+
+def test_the_command_prints_writes_and_draws(small, tmp_path, capsys):
+    pytest.importorskip("matplotlib")
+    folder = small.folder.location
+    figures = tmp_path / "figures"
+    code = main(["summary", folder, "--by", "year", "--csv", str(tmp_path / "f.csv"), "--figures", str(figures)])
+    assert code == 0
+    said = capsys.readouterr().out.splitlines()
+    assert said[0].split()[:4] == ["year", "photos", "people", "pairs"]
+    assert said[1].startswith("1990")
+    with (tmp_path / "f.csv").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert [r["year"] for r in rows] == ["1990", "2001", ""]
+    assert float(rows[0]["median_m"]) == 1.05
+    assert rows[2]["median_m"] == ""
+    drawn = {Path(p).name for p in figures.iterdir()}
+    assert drawn == {f"distances_{n}.{e}" for n in ("by_group", "over_time") for e in ("png", "pdf")}
