@@ -21,9 +21,9 @@ from proxemetry.people import People
 from proxemetry.photo import Photo
 from proxemetry.plots.choice import PERSON_COLOURS, footnote, metres_text, pairs_shown, text_on
 from proxemetry.plots.faces import heads_px, pixelated
+from proxemetry.plots.geometry import CHI2_90, ground_positions
 from proxemetry.plots.placement import along
 from proxemetry.plots.placement import place as place_labels
-from proxemetry.plots.plan_panel import CHI2_90, ground_positions
 from proxemetry.scene import Scene
 from proxemetry.skeleton import COCO_17
 
@@ -205,7 +205,7 @@ def test_file_names_with_dollar_signs_are_text_not_formulas(tmp_path: Path) -> N
 
 def test_errors_say_what_to_do(tmp_path: Path) -> None:
     figure = plots.plan(drawn_scene(CROWD_M[:2]))
-    with pytest.raises(SettingsError, match=r"\.png, \.jpg, \.svg, \.pdf"):
+    with pytest.raises(SettingsError, match=r"\.png, \.jpg, \.jpeg, \.svg, \.pdf"):
         plots.save(figure, tmp_path / "figure.bmp")
     with pytest.raises(OutputError, match="cannot be written"):
         plots.save(figure, tmp_path / "nowhere" / "figure.png")

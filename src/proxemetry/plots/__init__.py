@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 __all__ = ["FACES", "FORMATS", "overlay", "plan", "save"]
 
 #: File name endings that `save` writes.
-FORMATS = (".png", ".jpg", ".svg", ".pdf")
+FORMATS = (".png", ".jpg", ".jpeg", ".svg", ".pdf")
 
 
 def overlay(scene: Scene, photo: Photo | None, *, faces: str = "show", all_pairs: bool = False) -> Figure:

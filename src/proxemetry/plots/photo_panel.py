@@ -8,11 +8,11 @@ from matplotlib.collections import LineCollection
 from matplotlib.patheffects import Normal, Stroke
 from numpy.typing import NDArray
 
-from ..people import People
 from ..photo import RGBArray
 from ..scene import Scene
 from .choice import UNPLACED_COLOUR, colour_of, pair_text
 from .faces import heads_px, pixelated
+from .geometry import anchors_px
 from .lettering import badge_radius_pt, draw_badges, draw_pair_labels, to_points
 from .placement import around
 
@@ -43,16 +43,6 @@ def draw_photo(
     colours = [badge_colour(scene, i) for i in everybody]
     taken = draw_badges(axes, _badge_spots(axes, heads, anchors), everybody, colours)
     draw_pair_labels(axes, ends, [pair_text(scene.distances, a, b) for a, b in shown], taken, _head_boxes(axes, heads))
-
-
-def anchors_px(people: People) -> FloatArray:
-    """Return where a person's distance lines end, shape (P, 2): the torso's middle, else the best that was seen."""
-    boxes = people.boxes_px
-    middle = (boxes[:, :2] + boxes[:, 2:]) / 2
-    for part in ("Head", "Shoulder", "Torso"):
-        point = people.part(part)
-        middle = np.where(np.isfinite(point).all(axis=-1, keepdims=True), point, middle)
-    return middle
 
 
 def badge_colour(scene: Scene, person: int) -> str:

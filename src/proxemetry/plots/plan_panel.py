@@ -10,17 +10,13 @@ from matplotlib.collections import LineCollection
 from matplotlib.patches import Ellipse, Polygon
 from numpy.typing import NDArray
 
-from ..bodies import Bodies
-from ..distances import ground_frame
 from ..scene import Scene
 from .choice import colour_of, metres_text
+from .geometry import CHI2_90, ellipse, field_of_view, ground_positions
 from .lettering import badge_radius_pt, draw_badges, draw_pair_labels, panel_box, to_points
 from .placement import around
 
 FloatArray = NDArray[np.float64]
-
-#: Squared radius that holds 90 % of a Gaussian in two dimensions: the 0.9 quantile of chi-squared with 2 degrees.
-CHI2_90 = -2 * math.log(0.1)
 
 _PAPER, _GRID, _INK = "#FBFBF9", "#DEDEDA", "#555555"
 _STEPS_M = (1, 2, 5, 10, 20, 50, 100, 200, 500)
@@ -53,14 +49,6 @@ def draw_plan(axes: Axes, scene: Scene, shown: list[tuple[int, int]]) -> None:
     taken = draw_badges(axes, spots, placed, [colour_of(i) for i in placed])
     texts = [metres_text(float(scene.distances_m[a, b])) for a, b in shown]
     draw_pair_labels(axes, [(points[a], points[b]) for a, b in shown], texts, taken, np.zeros((0, 4)))
-
-
-def ground_positions(bodies: Bodies) -> tuple[FloatArray, FloatArray]:
-    """Return positions (P, 2) and covariances (P, 2, 2) on the ground: metres to the camera's right, and forward."""
-    frame = ground_frame(bodies.up)[:2]
-    blocks = bodies.covariance_m2.reshape(len(bodies), 3, len(bodies), 3)
-    own = np.einsum("ikil->ikl", blocks)
-    return bodies.positions_m @ frame.T, frame @ own @ frame.T
 
 
 def _draw_nobody(axes: Axes, scene: Scene) -> None:
@@ -102,9 +90,8 @@ def _draw_camera(axes: Axes, scene: Scene) -> None:
     camera = scene.camera.camera
     if camera is None:
         return
-    sides = camera.rays(np.array([[0.0, camera.cy], [camera.width, camera.cy]])) @ ground_frame(scene.bodies.up)[:2].T
     far = 3 * max(abs(v) for v in (*axes.get_xlim(), *axes.get_ylim()))
-    edges = sides / np.linalg.norm(sides, axis=1, keepdims=True) * far
+    edges = field_of_view(camera, scene.bodies.up) * far
     axes.add_patch(Polygon([(0, 0), *edges], closed=True, facecolor="#3B6EA8", alpha=0.06, linewidth=0, zorder=0.5))
     for edge in edges:
         axes.plot([0, edge[0]], [0, edge[1]], color="#3B6EA8", linewidth=0.9, linestyle=(0, (5, 3)), zorder=0.6)
@@ -120,13 +107,11 @@ def _draw_camera(axes: Axes, scene: Scene) -> None:
 def _draw_ellipse(axes: Axes, position: FloatArray, covariance: FloatArray, colour: str) -> None:
     if not np.isfinite(covariance).all():
         return
-    values, vectors = np.linalg.eigh(covariance)
-    width, height = 2 * np.sqrt(CHI2_90 * np.maximum(values, 0))
-    angle = math.degrees(math.atan2(vectors[1, 0], vectors[0, 0]))
+    width, height, angle = ellipse(covariance)
     for face, edge, alpha in ((colour, "none", 0.22), ("none", "#333333", 0.7)):
         axes.add_patch(
             Ellipse(
-                (float(position[0]), float(position[1])), width, height, angle=angle, facecolor=face, edgecolor=edge,
+                (float(position[0]), float(position[1])), 2 * width, 2 * height, angle=math.degrees(angle), facecolor=face, edgecolor=edge,
                 linewidth=0.7, alpha=alpha, zorder=1.5,
             )
         )  # fmt: skip

@@ -1,0 +1,50 @@
+"""Where things are in the two views of a scene: for the figures and for the page alike. No drawing."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..bodies import Bodies
+from ..camera import Camera
+from ..distances import ground_frame
+from ..people import People
+
+FloatArray = NDArray[np.float64]
+
+#: Squared radius that holds 90 % of a Gaussian in two dimensions: the 0.9 quantile of chi-squared with 2 degrees.
+CHI2_90 = -2 * math.log(0.1)
+
+
+def anchors_px(people: People) -> FloatArray:
+    """Return where a person's distance lines end, shape (P, 2): the torso's middle, else the best that was seen."""
+    boxes = people.boxes_px
+    middle = (boxes[:, :2] + boxes[:, 2:]) / 2
+    for part in ("Head", "Shoulder", "Torso"):
+        point = people.part(part)
+        middle = np.where(np.isfinite(point).all(axis=-1, keepdims=True), point, middle)
+    return middle
+
+
+def ground_positions(bodies: Bodies) -> tuple[FloatArray, FloatArray]:
+    """Return positions (P, 2) and covariances (P, 2, 2) on the ground: metres to the camera's right, and forward."""
+    frame = ground_frame(bodies.up)[:2]
+    blocks = bodies.covariance_m2.reshape(len(bodies), 3, len(bodies), 3)
+    own = np.einsum("ikil->ikl", blocks)
+    return bodies.positions_m @ frame.T, frame @ own @ frame.T
+
+
+def ellipse(covariance_m2: FloatArray) -> tuple[float, float, float]:
+    """Return the half axes in metres and the angle in radians, from right to forward, of the 90 % ellipse."""
+    values, vectors = np.linalg.eigh(covariance_m2)
+    a, b = np.sqrt(CHI2_90 * np.maximum(values, 0))
+    return float(a), float(b), math.atan2(vectors[1, 0], vectors[0, 0])
+
+
+def field_of_view(camera: Camera, up: FloatArray | None) -> FloatArray:
+    """Return unit vectors on the ground, shape (2, 2), along the left and the right edge of the photo."""
+    edges = np.array([[0.0, camera.cy], [camera.width, camera.cy]])
+    sides = camera.rays(edges) @ ground_frame(up)[:2].T
+    return sides / np.linalg.norm(sides, axis=1, keepdims=True)
