@@ -50,12 +50,13 @@ class _Draft:
         box = value.get("box")
         if box is None or not len(self.people):
             return None
-        overlap = _overlap(self.people.boxes_px, np.array(box, dtype=float))
+        overlap = box_overlap(self.people.boxes_px, np.array(box, dtype=float))
         row = int(np.argmax(overlap))
         return row if overlap[row] >= SAME_PERSON_IOU else None
 
 
-def _overlap(boxes: FloatArray, box: FloatArray) -> FloatArray:
+def box_overlap(boxes: FloatArray, box: FloatArray) -> FloatArray:
+    """Return the area of overlap over the area of union of each box (P, 4) with one box (4,), shape (P,)."""
     low, high = np.maximum(boxes[:, :2], box[:2]), np.minimum(boxes[:, 2:], box[2:])
     shared = np.prod(np.clip(high - low, 0, None), axis=1)
     areas = np.prod(np.clip(boxes[:, 2:] - boxes[:, :2], 0, None), axis=1)

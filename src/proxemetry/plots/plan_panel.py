@@ -111,7 +111,8 @@ def _draw_ellipse(axes: Axes, position: FloatArray, covariance: FloatArray, colo
     for face, edge, alpha in ((colour, "none", 0.22), ("none", "#333333", 0.7)):
         axes.add_patch(
             Ellipse(
-                (float(position[0]), float(position[1])), 2 * width, 2 * height, angle=math.degrees(angle), facecolor=face, edgecolor=edge,
+                (float(position[0]), float(position[1])), 2 * width, 2 * height, angle=math.degrees(angle),
+                facecolor=face, edgecolor=edge,
                 linewidth=0.7, alpha=alpha, zorder=1.5,
             )
         )  # fmt: skip

@@ -1,0 +1,64 @@
+"""`proxemetry review`: open the review page."""
+
+from __future__ import annotations
+
+import argparse
+import getpass
+import importlib.util
+import json
+import math
+from dataclasses import asdict
+
+from ..errors import SettingsError
+from ..plots.faces import FACES
+
+_EXAMPLES = """examples:
+  proxemetry review results                    look at a run, photo by photo, and put right what is wrong
+  proxemetry review                            drop one photo onto the page and see its distances
+  proxemetry review results --who ben --blind  a second reviewer who must not see the first one's corrections
+  proxemetry review results --agreement ada ben  how well the two agree
+"""
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add the options."""
+    parser.epilog = _EXAMPLES
+    parser.add_argument("results", nargs="?", metavar="DIR", help="results folder; without it, drop a photo")
+    parser.add_argument("--who", metavar="NAME", help="name to keep corrections under (default: your account's)")
+    parser.add_argument("--blind", action="store_true", help="hide and leave out other people's corrections")
+    parser.add_argument("--faces", choices=FACES, default="show", help="blur: pixelate heads on the page")
+    parser.add_argument("--port", type=int, default=0, metavar="N", help="port on this machine (default: any free one)")
+    parser.add_argument("--no-browser", action="store_true", help="print the address and open nothing")
+    parser.add_argument("--agreement", nargs=2, metavar=("ONE", "OTHER"), help="compare two reviewers, as JSON")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Serve until Ctrl-C."""
+    if importlib.util.find_spec("starlette") is None or importlib.util.find_spec("uvicorn") is None:
+        raise SettingsError("the review page needs two more packages: pip install 'proxemetry[web]'")
+    from ..web.serve import serve
+    from ..web.session import Review
+    from ..web.stores import DropStore, FolderStore
+
+    if args.agreement and not args.results:
+        raise SettingsError("--agreement compares two reviewers of a results folder: name it")
+    who = (args.who or getpass.getuser()).strip()
+    if not who:
+        raise SettingsError("--who is empty: corrections are kept under a name")
+    store = FolderStore(args.results) if args.results else DropStore()
+    review = Review(store, who, faces=args.faces, blind=args.blind)
+    if args.agreement:
+        found = review.agreement(*args.agreement)
+        fields = {**asdict(found), "share_alike": found.share_alike}
+        shown = {k: None if isinstance(v, float) and math.isnan(v) else v for k, v in fields.items()}
+        print(json.dumps(shown, indent=2))
+        return 0
+    try:
+        serve(
+            review, port=args.port, open_browser=not args.no_browser,
+            tell=lambda address: print(f"review page: {address}\nCtrl-C ends it; all is kept as you go", flush=True),
+        )  # fmt: skip
+    finally:
+        if isinstance(store, DropStore):
+            store.close()
+    return 0

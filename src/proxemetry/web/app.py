@@ -1,0 +1,180 @@
+"""The page's addresses: each parses, asks the session, and answers."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Awaitable, Callable
+from dataclasses import asdict
+from importlib import resources
+from typing import Any
+
+from starlette.applications import Starlette
+from starlette.concurrency import run_in_threadpool
+from starlette.requests import Request
+from starlette.responses import JSONResponse, Response
+from starlette.routing import Route
+
+from ..errors import PhotoError, ProxemetryError
+from .guard import Guard
+from .pictures import SIZES_PX
+from .session import Query, Review
+from .stores import DropStore
+
+#: What a request may carry: a correction, and a dropped photo.
+MOST_JSON_BYTES, MOST_UPLOAD_BYTES = 64_000, 100_000_000
+
+_KINDS = {".html": "text/html", ".css": "text/css", ".js": "text/javascript", ".svg": "image/svg+xml"}
+
+Handler = Callable[[Request], Awaitable[Response]]
+
+
+class _TooLargeError(Exception):
+    pass
+
+
+def create_app(review: Review, token: str, hosts: tuple[str, ...]) -> Guard:
+    """Return the guarded application; token and hosts as `Guard` takes them."""
+    page = _Page(review)
+    routes = [
+        Route("/api/about", _answering(page.about)),
+        Route("/api/photos", _answering(page.photos)),
+        Route("/api/photos/{identity:int}", _answering(page.photo)),
+        Route("/api/photos/{identity:int}/actions", _answering(page.act), methods=["POST"]),
+        Route("/api/photos/{identity:int}/undo", _answering(page.undo), methods=["POST"]),
+        Route("/api/photos/{identity:int}/picture", _answering(page.picture)),
+        Route("/api/export", _answering(page.export), methods=["POST"]),
+        Route("/api/reviewers", _answering(page.reviewers)),
+        Route("/api/agreement", _answering(page.agreement)),
+        Route("/api/drop", _answering(page.drop), methods=["POST"]),
+        *_static_routes(),
+    ]
+    return Guard(Starlette(routes=routes), token, hosts)
+
+
+def _static_routes() -> list[Route]:
+    """Return one route a file of the page: nothing of a request's path ever meets a file system."""
+    folder = resources.files("proxemetry.web") / "static"
+    routes: list[Route] = []
+    for file in sorted(folder.iterdir(), key=lambda f: f.name):
+        kind = _KINDS.get(file.name[file.name.rfind(".") :])
+        if kind is None:
+            continue
+        route = _static(file.read_bytes(), kind)
+        routes.append(Route("/" if file.name == "index.html" else f"/static/{file.name}", route))
+    return routes
+
+
+def _static(content: bytes, kind: str) -> Handler:
+    async def answer(_: Request) -> Response:
+        return Response(content, media_type=f"{kind}; charset=utf-8", headers={"Cache-Control": "no-cache"})
+
+    return answer
+
+
+def _answering(handler: Handler) -> Handler:
+    """Return a handler whose errors are answers: one line that says what and what to do."""
+
+    async def answer(request: Request) -> Response:
+        try:
+            return await handler(request)
+        except LookupError as error:
+            return _error(404, str(error))
+        except _TooLargeError:
+            return _error(413, f"more than {MOST_UPLOAD_BYTES // 1_000_000} MB: a photo is smaller")
+        except PhotoError as error:
+            return _error(422, str(error))
+        except (ProxemetryError, ValueError) as error:
+            return _error(400, str(error))
+
+    return answer
+
+
+def _error(status: int, text: str) -> Response:
+    return JSONResponse({"error": text}, status)
+
+
+class _Page:
+    """The handlers of one review; whatever computes does so off the event loop."""
+
+    def __init__(self, review: Review) -> None:
+        self._review = review
+
+    async def about(self, request: Request) -> Response:
+        return JSONResponse(await run_in_threadpool(self._review.about))
+
+    async def photos(self, request: Request) -> Response:
+        page = max(int(request.query_params.get("page", "0")), 0)
+        return JSONResponse(await run_in_threadpool(self._review.page, _query(request), page))
+
+    async def photo(self, request: Request) -> Response:
+        return await self._view(request)
+
+    async def _view(self, request: Request) -> Response:
+        identity = int(request.path_params["identity"])
+        return JSONResponse(await run_in_threadpool(self._review.view, identity, _query(request)))
+
+    async def act(self, request: Request) -> Response:
+        fields = json.loads(await _body(request, MOST_JSON_BYTES), parse_constant=_refuse_constant)
+        if not isinstance(fields, dict) or not isinstance(fields.get("value"), dict):
+            raise ValueError("a correction is {action, value: {...}}")
+        identity = int(request.path_params["identity"])
+        await run_in_threadpool(self._review.act, identity, str(fields.get("action")), fields["value"])
+        return await self._view(request)
+
+    async def undo(self, request: Request) -> Response:
+        identity = int(request.path_params["identity"])
+        undone = await run_in_threadpool(self._review.undo, identity)
+        if undone is None:
+            return _error(409, "there is nothing of yours to undo on this photo")
+        return await self._view(request)
+
+    async def picture(self, request: Request) -> Response:
+        size = int(request.query_params.get("size", "1600"))
+        if size not in SIZES_PX:
+            raise ValueError(f"a picture's size is one of {', '.join(map(str, SIZES_PX))}")
+        content = await run_in_threadpool(self._review.picture, int(request.path_params["identity"]), size)
+        return Response(content, media_type="image/jpeg", headers={"Cache-Control": "private, max-age=600"})
+
+    async def export(self, request: Request) -> Response:
+        return JSONResponse({"files": await run_in_threadpool(self._review.export)})
+
+    async def reviewers(self, request: Request) -> Response:
+        return JSONResponse({"reviewers": await run_in_threadpool(self._review.store.log.people)})
+
+    async def agreement(self, request: Request) -> Response:
+        names = (request.query_params.get("one", ""), request.query_params.get("other", ""))
+        found = await run_in_threadpool(self._review.agreement, *names)
+        fields = {**asdict(found), "share_alike": found.share_alike}
+        missing = {k: None for k, v in fields.items() if isinstance(v, float) and not math.isfinite(v)}
+        return JSONResponse({**fields, **missing})
+
+    async def drop(self, request: Request) -> Response:
+        store = self._review.store
+        if not isinstance(store, DropStore):
+            return _error(409, "this page reviews a results folder; `proxemetry review` alone takes dropped photos")
+        content = await _body(request, MOST_UPLOAD_BYTES)
+        await run_in_threadpool(store.add, content, request.query_params.get("name", ""))
+        return JSONResponse({"id": await run_in_threadpool(self._review.added)})
+
+
+def _query(request: Request) -> Query:
+    asked = request.query_params
+    return Query(asked.get("show", "all"), asked.get("sort", "name"), asked.get("group"), asked.get("text", "")[:200])
+
+
+def _refuse_constant(name: str) -> Any:
+    raise ValueError(f"{name} is no number")
+
+
+async def _body(request: Request, limit: int) -> bytes:
+    """Return a request's body, read no further than the limit whatever its head says of its length."""
+    announced = request.headers.get("content-length", "0")
+    if announced.isdigit() and int(announced) > limit:
+        raise _TooLargeError
+    content = bytearray()
+    async for chunk in request.stream():
+        content += chunk
+        if len(content) > limit:
+            raise _TooLargeError
+    return bytes(content)

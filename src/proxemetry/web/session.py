@@ -1,0 +1,232 @@
+"""One review: the photos, what was corrected, and every question that the page asks."""
+
+from __future__ import annotations
+
+import math
+import threading
+from collections import OrderedDict
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from ..archive.actions import Action
+from ..archive.agreement import Agreement, agreement
+from ..archive.corrections import FileKey, by_file, in_force
+from ..archive.edits import apply
+from ..archive.index import Summary, summary_of
+from ..errors import PhotoError, SettingsError
+from ..scene import Scene
+from .pictures import PictureCache, jpeg
+from .stores import Store
+from .view import scene_view, summary_view
+
+PAGE_SIZE = 60
+_SCENES_KEPT = 64
+
+
+@dataclass(frozen=True)
+class Query:
+    """What the gallery shows: one of `FILTERS`, one of `SORTS`, one group (None: all), and a part of the name."""
+
+    show: str = "all"
+    sort: str = "name"
+    group: str | None = None
+    text: str = ""
+
+    def __post_init__(self) -> None:
+        if self.show not in FILTERS or self.sort not in SORTS:
+            raise SettingsError(f"gallery: show is one of {', '.join(FILTERS)}, sort one of {', '.join(SORTS)}")
+
+
+Marked = tuple[Summary, frozenset[str]]
+
+#: Filter -> whether a photo with these marks (actions in force) belongs to it.
+FILTERS: dict[str, Callable[[Summary, frozenset[str]], bool]] = {
+    "all": lambda s, m: True,
+    "unchecked": lambda s, m: not m,
+    "pairs": lambda s, m: s.n_pairs > 0,
+    "nobody": lambda s, m: s.status == "ok" and s.n_people == 0,
+    "camera": lambda s, m: s.doubtful or s.status == "no_camera",
+    "failed": lambda s, m: s.status == "failed",
+    "corrected": lambda s, m: bool(m - {"checked", "note"}),
+    "excluded": lambda s, m: s.status == "excluded",
+    "notes": lambda s, m: "note" in m,
+}
+
+
+def _missing_last(value: float, descending: bool = False) -> tuple[bool, float]:
+    return (math.isnan(value), 0.0 if math.isnan(value) else (-value if descending else value))
+
+
+#: Sort -> its key; ties stay in the order of the names.
+SORTS: dict[str, Callable[[Summary], Any]] = {
+    "name": lambda s: 0,
+    "uncertain": lambda s: _missing_last(s.spread, descending=True),
+    "nearest": lambda s: _missing_last(s.nearest_m),
+    "people": lambda s: -s.n_people,
+}
+
+
+class Review:
+    """The state of one review. All methods may be called from several threads.
+
+    who: the name that corrections are kept under. faces: "blur" pixelates heads in every picture. blind: only one's
+    own corrections are seen and applied, as two independent reviewers need it.
+    """
+
+    def __init__(self, store: Store, who: str, *, faces: str = "show", blind: bool = False) -> None:
+        self.store, self.who, self.faces, self.blind = store, who, faces, blind
+        self._lock = threading.RLock()
+        self._pictures = PictureCache()
+        self._measured: OrderedDict[str, Scene] = OrderedDict()
+        self._orders: OrderedDict[Query, list[int]] = OrderedDict()
+        self._load()
+
+    def _load(self) -> None:
+        self._summaries = self.store.summaries()
+        self._actions = by_file(in_force(self.store.log.actions(who=self.who if self.blind else None)))
+        if self.blind:  # the index shows everybody's corrections
+            for identity, summary in enumerate(self._summaries):
+                if summary.corrections or summary.status == "excluded":
+                    self._summaries[identity] = summary_of(self._scene(summary))
+        self._orders.clear()
+
+    def _key(self, summary: Summary) -> FileKey:
+        return FileKey(summary.sha256, "" if summary.sha256 else summary.photo)
+
+    def _marks(self, summary: Summary) -> frozenset[str]:
+        return frozenset(a.action for a in self._actions.get(self._key(summary), ()))
+
+    def _measured_scene(self, photo: str) -> Scene:
+        if photo not in self._measured:
+            self._measured[photo] = next(iter(self.store.scenes([photo])))
+            while len(self._measured) > _SCENES_KEPT:
+                self._measured.popitem(last=False)
+        self._measured.move_to_end(photo)
+        return self._measured[photo]
+
+    def _scene(self, summary: Summary) -> Scene:
+        return apply(self._measured_scene(summary.photo), self._actions.get(self._key(summary), ()))
+
+    def _summary(self, identity: int) -> Summary:
+        if not 0 <= identity < len(self._summaries):
+            raise LookupError(f"there is no photo number {identity}")
+        return self._summaries[identity]
+
+    def about(self) -> dict[str, Any]:
+        """Return what the page's head says, and what its menus hold."""
+        with self._lock:
+            shown = [(s, self._marks(s)) for s in self._summaries]
+            return {
+                **self.store.about(),
+                "who": self.who,
+                "blind": self.blind,
+                "photos": len(shown),
+                "reviewed": sum(bool(marks) for _, marks in shown),
+                "groups": sorted({s.group for s, _ in shown}),
+                "counts": {name: sum(belongs(s, m) for s, m in shown) for name, belongs in FILTERS.items()},
+                "page_size": PAGE_SIZE,
+            }
+
+    def page(self, query: Query, page: int) -> dict[str, Any]:
+        """Return one page of the gallery; page 0 looks anew at what belongs to it."""
+        with self._lock:
+            order = self._order(query, fresh=page == 0)
+            shown = order[page * PAGE_SIZE : (page + 1) * PAGE_SIZE]
+            cards = [summary_view(i, self._summaries[i], sorted(self._marks(self._summaries[i]))) for i in shown]
+            return {"total": len(order), "page": page, "photos": cards}
+
+    def _order(self, query: Query, fresh: bool = False) -> list[int]:
+        """Return the photos of a query in their order, which stays while one walks through it and corrects."""
+        if fresh or query not in self._orders:
+            belongs, key, text = FILTERS[query.show], SORTS[query.sort], query.text.casefold()
+            rows = [
+                i
+                for i, s in enumerate(self._summaries)
+                if belongs(s, self._marks(s))
+                and (query.group is None or s.group == query.group)
+                and text in s.photo.casefold()
+            ]
+            self._orders[query] = sorted(rows, key=lambda i: key(self._summaries[i]))
+            while len(self._orders) > 8:
+                self._orders.popitem(last=False)
+        return self._orders[query]
+
+    def view(self, identity: int, query: Query) -> dict[str, Any]:
+        """Return everything about one photo, and its neighbours in the gallery's order."""
+        with self._lock:
+            summary = self._summary(identity)
+            order = self._order(query)
+            place = order.index(identity) if identity in order else None
+            return {
+                **scene_view(self._scene(summary), self._actions.get(self._key(summary), ())),
+                "id": identity,
+                "who": self.who,
+                "place": place,
+                "total": len(order),
+                "previous": order[place - 1] if place else None,
+                "next": order[place + 1] if place is not None and place + 1 < len(order) else None,
+            }
+
+    def act(self, identity: int, action: str, value: Mapping[str, Any]) -> None:
+        """Keep a correction; raises SettingsError for one that cannot be read, or that would change nothing."""
+        with self._lock:
+            scene = self._measured_scene(self._summary(identity).photo)
+            if action == "undo":
+                raise SettingsError("correction: undo has an address of its own")
+            kept = self.store.log.append(scene, action, value, self.who)
+            self._take_in(identity, scene, [*self._actions.get(FileKey.of(scene), ()), kept])
+
+    def undo(self, identity: int) -> Action | None:
+        """Take back one's own latest correction of a photo; return it."""
+        with self._lock:
+            scene = self._measured_scene(self._summary(identity).photo)
+            undone = self.store.log.undo(scene, self.who)
+            if undone is not None:
+                left = [a for a in self._actions.get(FileKey.of(scene), ()) if a.number != undone.number]
+                self._take_in(identity, scene, left)
+            return undone
+
+    def _take_in(self, identity: int, scene: Scene, actions: list[Action]) -> None:
+        self._actions[FileKey.of(scene)] = actions
+        self._summaries[identity] = summary_of(apply(scene, actions))
+
+    def picture(self, identity: int, long_side_px: int) -> bytes:
+        """Return a photo as JPEG without metadata; raises PhotoError where the file is gone or another one."""
+        with self._lock:
+            summary = self._summary(identity)
+            scene = self._measured_scene(summary.photo)
+            # Somebody removed by hand stays pixelated too.
+            blurred = (scene.people, self._scene(summary).people) if self.faces == "blur" else ()
+        key = (identity, long_side_px, *(people.keypoints_px.tobytes() for people in blurred))
+
+        def make() -> bytes:
+            photo = self.store.open_photo(summary.photo)
+            if scene.sha256 and photo.sha256 != scene.sha256:
+                raise PhotoError(f"{summary.photo}: the file is not the one that was measured")
+            return jpeg(photo, long_side_px, blurred)
+
+        return self._pictures.get(key, make)
+
+    def added(self) -> int:
+        """Take in a photo that the store has just got; return its number."""
+        with self._lock:
+            fresh = self.store.summaries()
+            self._summaries.extend(fresh[len(self._summaries) :])
+            self._orders.clear()
+            return len(self._summaries) - 1
+
+    def export(self) -> list[str]:
+        """Write the corrected tables and the log; return the files' names."""
+        with self._lock:
+            return self.store.export()
+
+    def agreement(self, one: str, other: str) -> Agreement:
+        """Return how two reviewers of this log agree; raises SettingsError for names that are not in it."""
+        with self._lock:
+            known = self.store.log.people()
+            for name in (one, other):
+                if name not in known:
+                    raise SettingsError(f"reviewer {name!r} is not in the log: it has {', '.join(known) or 'nobody'}")
+            log = self.store.log
+            return agreement(one, log.actions(who=one), other, log.actions(who=other), self.store.scenes)

@@ -1,0 +1,38 @@
+// Elements by hand. Text is always set as text: a file name is never markup.
+
+const SVG = "http://www.w3.org/2000/svg";
+
+function filled(element, attributes, children) {
+  for (const [name, value] of Object.entries(attributes)) {
+    if (value === null || value === undefined || value === false) continue;
+    if (name.startsWith("on")) element.addEventListener(name.slice(2), value);
+    else if (name === "text") element.textContent = value;
+    else element.setAttribute(name, value === true ? "" : value);
+  }
+  element.append(...children.flat().filter((c) => c !== null && c !== undefined && c !== false));
+  return element;
+}
+
+export const html = (tag, attributes = {}, ...children) => filled(document.createElement(tag), attributes, children);
+export const svg = (tag, attributes = {}, ...children) =>
+  filled(document.createElementNS(SVG, tag), attributes, children);
+
+let fading;
+
+export function tell(text, problem = false) {
+  const status = document.getElementById("status");
+  status.textContent = text;
+  status.className = problem ? "shown problem" : "shown";
+  clearTimeout(fading);
+  fading = setTimeout(() => (status.className = ""), problem ? 7000 : 2600);
+}
+
+// As in the figures: one decimal, two below one metre.
+export function metres(value, low = null, high = null) {
+  if (value === null) return "unknown";
+  const digits = value < 1 ? 2 : 1;
+  const number = (v) => v.toFixed(digits);
+  return low === null || high === null ? `${number(value)} m` : `${number(value)} m [${number(low)}, ${number(high)}]`;
+}
+
+export const plural = (count, one, many) => `${count.toLocaleString("en")} ${count === 1 ? one : many}`;

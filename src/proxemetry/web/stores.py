@@ -1,0 +1,167 @@
+"""Where the photos that are reviewed come from: a results folder, or photos dropped onto the page."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import tempfile
+from collections.abc import Callable, Iterable, Iterator
+from pathlib import Path
+from typing import Any, Protocol
+
+from ..archive.actions import Action
+from ..archive.corrections import FILE, Log
+from ..archive.folder import is_url
+from ..archive.index import Summary, summaries, summary_of
+from ..archive.results import Results
+from ..errors import PhotoError, SettingsError
+from ..measure import measure
+from ..photo import Photo
+from ..scene import Scene
+
+#: A dropped photo may have this many pixels; a file of a few bytes may claim more than the memory holds.
+MOST_PIXELS = 120_000_000
+
+
+class Store(Protocol):
+    """Photos under review."""
+
+    @property
+    def log(self) -> Log:
+        """The log of corrections."""
+        ...
+
+    def about(self) -> dict[str, Any]:
+        """Return what the page says of all of them."""
+        ...
+
+    def summaries(self) -> list[Summary]:
+        """Return what is known of each at a glance."""
+        ...
+
+    def scenes(self, photos: Iterable[str] | None) -> Iterator[Scene]:
+        """Yield scenes as measured."""
+        ...
+
+    def open_photo(self, photo: str) -> Photo:
+        """Return a photo; raises PhotoError where its file is not there."""
+        ...
+
+    def export(self) -> list[str]:
+        """Write the corrected tables and the log; return the files' names."""
+        ...
+
+
+class FolderStore:
+    """A results folder on this machine."""
+
+    def __init__(self, location: str) -> None:
+        if is_url(location):
+            raise SettingsError(f"{location}: a review needs a results folder on this machine; copy it here first")
+        self.results = Results.open(location)
+        self.log = Log(Path(self.results.folder.location) / FILE)
+        self._locations = self.results.locations()
+
+    def about(self) -> dict[str, Any]:
+        """Return where it is and what was run."""
+        run = self.results.run
+        return {
+            "mode": "folder",
+            "folder": self.results.folder.location,
+            "version": run.get("version"),
+            "pose": run.get("pose"),
+            "method": (run.get("settings") or {}).get("method"),
+        }
+
+    def summaries(self) -> list[Summary]:
+        """Return all photos' summaries."""
+        return summaries(self.results)
+
+    def scenes(self, photos: Iterable[str] | None) -> Iterator[Scene]:
+        """Yield scenes as measured."""
+        return self.results.scenes(photos, corrected=False)
+
+    def open_photo(self, photo: str) -> Photo:
+        """Return a photo from where the run found it."""
+        location = self._locations.get(photo)
+        if location is None or is_url(location):
+            raise PhotoError(f"{photo}: the photo itself is not on this machine")
+        return Photo.open(location, photo)
+
+    def export(self) -> list[str]:
+        """Write the tables anew, corrections applied, and the log as `corrections.csv`."""
+        run = self.results.run
+        self.results.write_tables(run.get("safe_distance_m"))
+        self.results.folder.write("corrections.csv", log_csv(self.log.actions()))
+        return ["photos.csv", "people.csv", "pairs.csv", "corrections.csv"]
+
+
+class DropStore:
+    """Photos dropped onto the page: measured here, kept until the page is closed down."""
+
+    def __init__(self, measure_photo: Callable[[Photo], Scene] = measure) -> None:
+        self.log = Log(":memory:")
+        self._measure = measure_photo
+        self._scenes: dict[str, Scene] = {}
+        self._files: dict[str, Path] = {}
+        self._folder = tempfile.TemporaryDirectory(prefix="proxemetry-review-")
+
+    def about(self) -> dict[str, Any]:
+        """Return that there is no folder."""
+        return {"mode": "drop", "folder": None, "version": None, "pose": None, "method": None}
+
+    def summaries(self) -> list[Summary]:
+        """Return the summaries in the order of arrival."""
+        return [summary_of(scene) for scene in self._scenes.values()]
+
+    def scenes(self, photos: Iterable[str] | None) -> Iterator[Scene]:
+        """Yield scenes as measured."""
+        wanted = None if photos is None else set(photos)
+        return (s for name, s in self._scenes.items() if wanted is None or name in wanted)
+
+    def open_photo(self, photo: str) -> Photo:
+        """Return a dropped photo."""
+        return Photo.open(self._files[photo], photo)
+
+    def export(self) -> list[str]:
+        """There is no folder to write to."""
+        raise SettingsError("dropped photos have no results folder: run `proxemetry measure` and review that")
+
+    def add(self, content: bytes, name: str) -> str:
+        """Measure a dropped photo and return its name here; raises PhotoError for anything but a photo.
+
+        The file gets a name of our own: what the browser calls it is only shown.
+        """
+        label = " ".join(name.replace("\\", "/").rpartition("/")[2].split())[:200] or "photo"
+        photo = label if label not in self._files else f"{label} ({len(self._files) + 1})"
+        path = Path(self._folder.name) / f"{len(self._files):06d}.photo"
+        path.write_bytes(content)
+        try:
+            opened = Photo.open(path, photo)
+            if opened.width * opened.height > MOST_PIXELS:
+                raise PhotoError(
+                    f"{photo}: {opened.width} x {opened.height} pixels are more than this page takes "
+                    f"({MOST_PIXELS // 1_000_000} megapixels); `proxemetry measure` takes it"
+                )
+            scene = self._measure(opened)
+        except Exception:
+            path.unlink(missing_ok=True)
+            raise
+        self._files[photo], self._scenes[photo] = path, scene
+        return photo
+
+    def close(self) -> None:
+        """Remove the dropped photos."""
+        self._folder.cleanup()
+
+
+def log_csv(actions: Iterable[Action]) -> bytes:
+    """Return a log as CSV: every entry, those taken back and the taking back included."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(("number", "time", "who", "photo", "sha256", "action", "value"))
+    for a in actions:
+        value = json.dumps(dict(a.value), sort_keys=True)
+        writer.writerow((a.number, a.time, a.who, a.photo, a.sha256, a.action, value))
+    return text.getvalue().encode()

@@ -1,0 +1,160 @@
+"""A scene as the page reads it: JSON values, pixels of the full-size photo, metres on the ground, missing is null."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..archive.actions import Action
+from ..archive.edits import joints_to_click
+from ..archive.index import Summary
+from ..distances import ZONES
+from ..plots.choice import UNPLACED_COLOUR, camera_text, colour_of, pairs_shown, text_on
+from ..plots.faces import heads_px
+from ..plots.geometry import anchors_px, ellipse, field_of_view, ground_positions
+from ..scene import Scene
+
+FloatArray = NDArray[np.float64]
+
+
+def number(value: float, digits: int = 4) -> float | None:
+    """Return a number for JSON."""
+    return round(float(value), digits) if math.isfinite(value) else None
+
+
+def numbers(values: Iterable[float], digits: int = 4) -> list[float | None] | None:
+    """Return numbers for JSON, None where all are missing."""
+    found = [number(v, digits) for v in values]
+    return found if any(v is not None for v in found) else None
+
+
+def summary_view(identity: int, summary: Summary, marks: Sequence[str]) -> dict[str, Any]:
+    """Return a card of the gallery; marks: "checked", "note" and so on."""
+    return {
+        "id": identity,
+        "photo": summary.photo,
+        "status": summary.status,
+        "reason": summary.reason,
+        "people": summary.n_people,
+        "pairs": summary.n_pairs,
+        "nearest_m": number(summary.nearest_m),
+        "spread": number(summary.spread),
+        "doubtful": summary.doubtful,
+        "corrections": summary.corrections,
+        "marks": list(marks),
+    }
+
+
+def scene_view(scene: Scene, actions: Sequence[Action]) -> dict[str, Any]:
+    """Return everything that the photo view shows; actions: those in force, for the history."""
+    return {
+        "photo": scene.photo,
+        "width": scene.width_px,
+        "height": scene.height_px,
+        "status": scene.status,
+        "reason": scene.reason,
+        "method": scene.made_by.method or scene.bodies.method,
+        "pose": scene.made_by.pose,
+        "about": dict(scene.about),
+        "on_ground": scene.distances.on_ground,
+        "camera": _camera(scene),
+        "joints": list(scene.people.skeleton.joints),
+        "click": list(joints_to_click(scene.people.skeleton)),
+        "people": _people(scene),
+        "pairs": _pairs(scene),
+        "history": [_history(a) for a in actions],
+    }
+
+
+def _camera(scene: Scene) -> dict[str, Any]:
+    camera, floor = scene.camera.camera, scene.bodies.floor
+    return {
+        "known": camera is not None,
+        "text": camera_text(scene),
+        "focal_px": None if camera is None else number(camera.f_px, 1),
+        "source": None if camera is None else camera.source,
+        "reason": scene.camera.reason,
+        "flags": list(scene.camera.flags),
+        "candidates": [
+            {"focal_px": number(c.focal_px, 1), "rel_sd": number(c.rel_sd), "source": c.source}
+            for c in scene.camera.candidates
+        ],
+        "view": None if camera is None else [numbers(v) for v in field_of_view(camera, scene.bodies.up)],
+        "height_m": None if floor is None else number(floor.height_m, 2),
+        "pitch_deg": None if floor is None else number(math.degrees(floor.pitch_rad), 1),
+    }
+
+
+def _people(scene: Scene) -> list[dict[str, Any]]:
+    people, bodies = scene.people, scene.bodies
+    heads, anchors = heads_px(people), anchors_px(people)
+    positions, covariances = ground_positions(bodies)
+    locate = scene.made_by.settings.get("locate") or {}
+    sizes: Sequence[str | None] = locate.get("body_sizes") or [None] * len(scene)
+    off_floor: Sequence[int] = locate.get("off_floor") or []
+    return [
+        {
+            "number": i,
+            "colour": (colour := colour_of(i) if bodies.placed[i] else UNPLACED_COLOUR),
+            "ink": text_on(colour),
+            "keypoints": [numbers(point, 1) for point in people.keypoints_px[i]],
+            "bones": [
+                segment
+                for a, b in people.skeleton.bones
+                if (segment := _segment(people.joint(a)[i], people.joint(b)[i])) is not None
+            ],
+            "box": [float(v) for v in people.boxes_px[i]] if np.isfinite(people.boxes_px[i]).all() else None,
+            "head": numbers(heads[i], 1),
+            "anchor": numbers(anchors[i], 1),
+            "score": number(people.person_scores[i], 2),
+            "placed": bool(bodies.placed[i]),
+            "reason": bodies.reasons[i],
+            "basis": bodies.basis[i],
+            "ground": numbers(positions[i], 3),
+            "ellipse": numbers(ellipse(covariances[i])) if np.isfinite(covariances[i]).all() else None,
+            "heading": number(bodies.heading_rad[i], 3),
+            "stature_m": number(bodies.stature_m[i], 2),
+            "size": sizes[i] if i < len(sizes) else None,
+            "off_floor": i in off_floor,
+        }
+        for i in range(len(scene))
+    ]
+
+
+def _segment(start: FloatArray, end: FloatArray) -> list[float] | None:
+    if not (np.isfinite(start).all() and np.isfinite(end).all()):
+        return None
+    return [round(float(v), 1) for v in (*start, *end)]
+
+
+def _pairs(scene: Scene) -> list[dict[str, Any]]:
+    distances = scene.distances
+    shown = set(pairs_shown(distances))
+    listed = [
+        {
+            "a": a,
+            "b": b,
+            "distance_m": number(distances.distance_m[a, b], 3),
+            "low_m": number(distances.low_m[a, b], 3),
+            "high_m": number(distances.high_m[a, b], 3),
+            "zone": distances.zone(a, b),
+            "zones": numbers(distances.zone_probability[a, b], 3),
+            "group": number(distances.group_probability[a, b], 2),
+            "nearest": (a, b) in shown,
+        }
+        for a, b in distances.pairs()
+    ]
+    return sorted(listed, key=lambda p: (p["distance_m"] is None, p["distance_m"] or 0.0))
+
+
+def _history(action: Action) -> dict[str, Any]:
+    details = {k: v for k, v in action.value.items() if k not in ("box", "joints")}
+    return {"number": action.number, "time": action.time, "who": action.who, "action": action.action, **details}
+
+
+#: Zone names in order, for the page's legend.
+ZONE_NAMES = ZONES
