@@ -72,8 +72,8 @@ def summaries(results: Results) -> list[Summary]:
         attached(results.folder)
         .execute(
             "SELECT photo, coalesce(sha256, ''), status, coalesce(reason, ''), n_people, n_pairs, "
-            "list_min(list_transform(pairs, p -> p.distance_m)), "
-            "list_max(list_transform(pairs, p -> (p.high_m - p.low_m) / p.distance_m)), "
+            "list_min(list_transform(pairs, lambda p: p.distance_m)), "
+            "list_max(list_transform(pairs, lambda p: (p.high_m - p.low_m) / p.distance_m)), "
             f"coalesce(camera_flags, '') != '' OR starts_with(coalesce(focal_source, ''), '{ASSUMED}') "
             f"FROM read_parquet({quoted(results.folder.path(parts.FOLDER))} || '/part-*.parquet') ORDER BY photo"
         )

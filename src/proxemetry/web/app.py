@@ -81,7 +81,9 @@ def _answering(handler: Handler) -> Handler:
         except LookupError as error:
             return _error(404, str(error))
         except _TooLargeError:
-            return _error(413, f"more than {MOST_UPLOAD_BYTES // 1_000_000} MB: a photo is smaller")
+            # Hanging up is what ends an upload whose sender goes on.
+            text = f"more than {MOST_UPLOAD_BYTES // 1_000_000} MB: a photo is smaller"
+            return JSONResponse({"error": text}, 413, {"Connection": "close"})
         except PhotoError as error:
             return _error(422, str(error))
         except (ProxemetryError, ValueError) as error:

@@ -48,7 +48,7 @@ async function show() {
         const typed = document.activeElement?.id;
         about = await showGallery(main, query, page, openGallery);
         if (about.mode === "drop") main.prepend(dropAgain());
-        const field = typed && document.getElementById(typed);
+        const field = typed ? document.getElementById(typed) : null;
         field?.focus();
         if (typed === "text") field.setSelectionRange(query.text.length, query.text.length);
       }

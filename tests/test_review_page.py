@@ -1,0 +1,340 @@
+"""The whole review page in a real browser, outside hosts unresolvable: open, filter, correct, undo, reload, export."""
+
+import csv
+import os
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+from drawn import people_at
+from reviewing import CAMERA, PHOTOS, draw_photo, make_results, scene_of, served, write_results
+
+from proxemetry.archive.results import Results
+from proxemetry.photo import Photo
+from proxemetry.web.session import Review
+from proxemetry.web.stores import DropStore, FolderStore
+
+pytestmark = pytest.mark.browser
+
+CHROMIUM = Path(os.environ.get("CHROMIUM", "/usr/bin/chromium"))
+#: Where screenshots of every view are kept, for people to look at; none are kept where this is not set.
+SCREENSHOTS = os.environ.get("SCREENSHOTS")
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Any]:
+    playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+    if not CHROMIUM.exists():
+        pytest.skip(f"no Chromium at {CHROMIUM}: apt-get install chromium, or set CHROMIUM")
+    with playwright.sync_playwright() as running:
+        opened = running.chromium.launch(
+            executable_path=str(CHROMIUM),
+            args=["--no-sandbox", "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1", "--disable-gpu"],
+        )
+        yield opened
+        opened.close()
+
+
+class Tab:
+    """A browser tab that keeps account of what it asked and of everything that went wrong."""
+
+    def __init__(self, browser: Any, origin: str) -> None:
+        self.origin = origin
+        self.context = browser.new_context(viewport={"width": 1440, "height": 860})
+        self.page = self.context.new_page()
+        self.outside: list[str] = []
+        self.problems: list[str] = []
+        self.page.set_default_timeout(15_000)
+        self.page.on("request", self._asked)
+        self.page.on("pageerror", lambda error: self.problems.append(str(error)))
+        self.page.on("console", lambda m: m.type == "error" and "422" not in m.text and self.problems.append(m.text))
+        self.page.on("dialog", lambda dialog: (self.problems.append(f"dialog: {dialog.message}"), dialog.dismiss()))
+
+    def _asked(self, request: Any) -> None:
+        if not request.url.startswith((self.origin, "blob:", "data:")):
+            self.outside.append(request.url)
+
+    def shot(self, name: str) -> None:
+        if SCREENSHOTS:
+            Path(SCREENSHOTS).mkdir(parents=True, exist_ok=True)
+            self.page.wait_for_timeout(300)
+            self.page.screenshot(path=f"{SCREENSHOTS}/{name}.png")
+
+    def open_photo(self, name: str) -> None:
+        self.page.locator(f'.card a[title*="{name}"]').first.click()
+        self.page.wait_for_selector(".photo h1")
+        self.page.wait_for_selector(".joint")
+
+    def first_distance(self) -> str:
+        return self.page.locator("#tab-panel tbody tr").first.locator("td").first.inner_text()
+
+    def settled(self, text: str) -> None:
+        self.page.wait_for_function("t => document.getElementById('status').textContent.includes(t)", arg=text)
+
+
+@pytest.fixture
+def results(tmp_path: Path) -> Results:
+    return make_results(tmp_path)
+
+
+@pytest.fixture
+def tab(browser: Any, results: Results) -> Iterator[Tab]:
+    with served(Review(FolderStore(results.folder.location), "ada")) as (origin, token):
+        opened = Tab(browser, origin)
+        opened.page.goto(f"{origin}/?token={token}")
+        opened.page.wait_for_selector(".card")
+        yield opened
+        assert opened.outside == [] and opened.problems == []
+        opened.context.close()
+
+
+def test_the_whole_way(tab: Tab, results: Results) -> None:
+    page = tab.page
+    assert "token" not in page.url
+    assert page.locator(".card").count() == 6
+    tab.shot("gallery")
+    page.select_option("#show", "pairs")
+    page.wait_for_function("() => document.querySelectorAll('.card').length === 3")
+    page.select_option("#show", "all")
+    page.wait_for_function("() => document.querySelectorAll('.card').length === 6")
+
+    tab.open_photo("crowd")
+    assert page.locator("g.person").count() == 6
+    tab.shot("photo")
+    page.keyboard.press("0")
+    page.keyboard.press("x")  # remove person 0
+    tab.settled("removed")
+    assert page.locator("g.person").count() == 5
+    page.keyboard.press("u")
+    tab.settled("Taken back")
+    assert page.locator("g.person").count() == 6
+
+    page.keyboard.press("g")
+    page.wait_for_selector(".card")
+    tab.open_photo("two.jpg")
+    assert tab.first_distance() == "1.5 m"
+    page.keyboard.press("f")
+    page.fill("#focal-focal_px", "390")
+    tab.shot("focal")
+    page.keyboard.press("Enter")
+    tab.settled("Focal length set")
+    changed = tab.first_distance()
+    page.click("#tab-camera")
+    assert "review" in page.locator("#tab-panel").inner_text()
+    tab.shot("camera")
+    page.click("#tab-history")
+    assert "set the focal length" in page.locator("#tab-panel").inner_text()
+    page.reload()
+    page.wait_for_selector(".joint")
+    assert tab.first_distance() == changed  # still there
+    page.click("#export")
+    tab.settled("corrections.csv")
+    with (Path(results.folder.location) / "photos.csv").open() as file:
+        row = next(r for r in csv.DictReader(file) if r["photo"] == "market/two.jpg")
+    assert float(row["focal_px"]) == pytest.approx(390) and row["corrections"] == "1"
+
+
+def test_dragging_a_joint_moves_the_person(tab: Tab) -> None:
+    page = tab.page
+    tab.open_photo("two.jpg")
+    before = page.locator(".plan text").all_inner_texts()
+    for side in ("left_hip", "right_hip"):
+        box = page.locator(f'.joint[data-person="0"][data-joint="{side}"]').bounding_box()
+        x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+        page.mouse.move(x, y)
+        page.mouse.down()
+        page.mouse.move(x, y + 30, steps=4)
+        page.mouse.move(x, y + 60, steps=4)
+        with page.expect_response("**/actions*"):
+            page.mouse.up()
+        page.wait_for_timeout(100)
+    assert page.locator(".plan text").all_inner_texts() != before
+    page.click("#tab-history")
+    assert page.locator("#tab-panel li").count() == 2
+    tab.shot("history")
+
+
+def test_a_missed_person_is_added_by_clicks(tab: Tab) -> None:
+    page = tab.page
+    tab.open_photo("two.jpg")
+    page.keyboard.press("a")
+    tab.shot("adding")
+    canvas = page.locator(".canvas > svg").bounding_box()
+    middle = canvas["x"] + canvas["width"] * 0.5
+    for x, y in ((20, 0.42), (-20, 0.42), (12, 0.58), (-12, 0.58)):  # shoulders and hips
+        page.mouse.click(middle + x, canvas["y"] + canvas["height"] * y)
+    page.keyboard.press("Enter")
+    tab.settled("Person added")
+    assert page.locator("g.person").count() == 3
+    assert page.locator("#tab-panel tbody tr").count() == 3
+
+
+def test_hovering_lights_up_the_same_pair_everywhere(tab: Tab) -> None:
+    page = tab.page
+    tab.open_photo("crowd")
+    row = page.locator("#tab-panel tr[data-pair]").last
+    pair = row.get_attribute("data-pair")
+    row.hover()
+    assert page.locator(f'.pairline[data-pair="{pair}"].lit').count() == 1
+    assert page.locator(f'.plan [data-pair="{pair}"].lit').count() >= 1
+    assert page.locator("tr.lit").count() == 1
+    tab.shot("linked")
+    page.click("#tab-people")
+    page.locator('#tab-panel tr[data-person="2"]').hover()
+    assert page.locator('g.person[data-person="2"].lit').count() == 1
+    assert page.locator('.plan [data-person="2"].lit').count() >= 1
+
+
+def test_every_action_has_a_key(tab: Tab) -> None:
+    page = tab.page
+    tab.open_photo("two.jpg")
+    for keys in (("1", "b"), ("o",)):
+        for key in keys[:-1]:
+            page.keyboard.press(key)
+        with page.expect_response("**/actions*"):
+            page.keyboard.press(keys[-1])
+        page.wait_for_timeout(100)
+    page.click("#tab-people")
+    assert "adult, off the floor" in page.locator("#tab-panel").inner_text()
+    page.keyboard.press("n")
+    page.fill("#dialog-text", "<script>alert(1)</script>")
+    page.locator("#dialog button.first").click()
+    tab.settled("Note kept")
+    page.keyboard.press("e")
+    page.fill("#dialog-text", "a mirror")
+    page.locator("#dialog button.first").click()
+    tab.settled("Excluded")
+    assert "a mirror" in page.locator(".banner").inner_text()
+    tab.shot("excluded")
+    page.keyboard.press("e")
+    tab.settled("counts again")
+    page.keyboard.press("?")
+    tab.shot("keys")
+    page.keyboard.press("Escape")
+    page.keyboard.press("p")
+    assert page.locator("#all").get_attribute("aria-pressed") == "true"
+
+
+def test_the_keyboard_alone_walks_through_all_photos(tab: Tab) -> None:
+    page = tab.page
+    page.keyboard.press("Tab")  # the skip link
+    page.keyboard.press("Tab")
+    tab.open_photo("crowd")
+    seen = []
+    for _ in range(5):
+        seen.append(page.locator(".photo h1").inner_text())
+        page.keyboard.press("Enter")  # all right, next
+        page.wait_for_function("t => document.querySelector('.photo h1')?.textContent !== t", arg=seen[-1])
+    assert len(set(seen)) == 5
+    page.keyboard.press("ArrowLeft")
+    page.wait_for_function("t => document.querySelector('.photo h1').textContent === t", arg=seen[-1])
+    page.keyboard.press("g")
+    page.wait_for_selector(".card")
+    assert page.locator(".chip.done").count() == 5
+
+
+def test_a_joint_is_moved_by_arrow_keys(tab: Tab) -> None:
+    page = tab.page
+    tab.open_photo("two.jpg")
+    page.keyboard.press("0")
+    page.keyboard.press(".")
+    page.keyboard.press("Shift+ArrowDown")
+    with page.expect_response("**/actions*"):
+        page.keyboard.press("Enter")
+    page.click("#tab-history")
+    assert "moved a joint" in page.locator("#tab-panel").inner_text()
+
+
+UNNAMED = """() => {
+  const controls = [...document.querySelectorAll('button, a[href], input, select, textarea, [role=button]')];
+  const named = e => e.getAttribute('aria-label') || e.textContent.trim() || e.labels?.length;
+  return controls.filter(e => e.offsetParent !== null && !named(e)).length; }"""
+
+
+def test_every_control_has_a_name(tab: Tab) -> None:
+    assert tab.page.evaluate(UNNAMED) == 0
+    tab.open_photo("crowd")
+    assert tab.page.evaluate(UNNAMED) == 0
+
+
+CONTRAST = """() => {
+  const parse = c => c.match(/[\\d.]+/g).map(Number);
+  const light = ([r, g, b]) => { const f = v => (v /= 255) <= 0.04045 ? v / 12.92 : ((v + 0.055) / 1.055) ** 2.4;
+    return 0.2126 * f(r) + 0.7152 * f(g) + 0.0722 * f(b); };
+  const ground = e => { for (; e; e = e.parentElement) { const c = parse(getComputedStyle(e).backgroundColor);
+    if (c.length < 4 || c[3] > 0.9) return c; } return [255, 255, 255]; };
+  const bad = [];
+  for (const e of document.querySelectorAll('body *:not(svg *):not(dialog *)')) {
+    const own = [...e.childNodes].some(n => n.nodeType === 3 && n.textContent.trim());
+    if (!e.offsetParent || e.disabled || !own) continue;
+    if (e.closest('#status, .skip')) continue;
+    const [a, b] = [light(parse(getComputedStyle(e).color)), light(ground(e))].sort((x, y) => y - x);
+    if ((a + 0.05) / (b + 0.05) < 4.5) bad.push(`${e.className || e.tagName}: ${e.textContent.slice(0, 30)}`);
+  }
+  return bad; }"""
+
+
+def test_text_stands_out_as_wcag_aa_asks(tab: Tab) -> None:
+    assert tab.page.evaluate(CONTRAST) == []
+    tab.open_photo("crowd")
+    for name in ("pairs", "people", "camera"):
+        tab.page.click(f"#tab-{name}")
+        assert tab.page.evaluate(CONTRAST) == []
+
+
+def test_the_agreement_of_two_reviewers_is_shown(tab: Tab, results: Results) -> None:
+    store = FolderStore(results.folder.location)
+    for who in ("ada", "ben"):
+        Review(store, who).act(0, "checked", {})
+    tab.page.click("#nav-agreement")
+    tab.page.locator("button", has_text="Compare").click()
+    tab.page.wait_for_selector("#agreement")
+    assert "1 (100.0 %)" in tab.page.locator("#agreement").inner_text()
+    tab.shot("agreement")
+
+
+def test_one_dropped_photo_shows_its_distances(browser: Any, results: Results) -> None:
+    photo = Path(results.folder.location).parent / "photos" / "market" / "two.jpg"
+
+    def measured(opened: Photo) -> Any:
+
+        return replace(scene_of(photo, "market/two.jpg"), photo=opened.name)
+
+    store = DropStore(measured)
+    with served(Review(store, "ada")) as (origin, token):
+        tab = Tab(browser, origin)
+        tab.page.goto(f"{origin}/?token={token}")
+        tab.page.wait_for_selector(".drop")
+        tab.shot("drop")
+        tab.page.set_input_files("#file", str(photo))
+        tab.page.wait_for_selector(".joint")
+        assert tab.first_distance() == "1.5 m"
+        assert tab.page.locator(".photo h1").inner_text() == "two.jpg"
+        assert tab.outside == [] and tab.problems == []
+        tab.context.close()
+    store.close()
+
+
+def test_script_in_file_names_is_shown_as_text(browser: Any, tmp_path: Path) -> None:
+
+    name = '<img src=x onerror=alert(1)>&amp;"quoted".jpg'
+    photos = tmp_path / "photos"
+    draw_photo(photos / name, people_at(PHOTOS["market/two.jpg"][0], CAMERA))
+    scene = replace(scene_of(photos / name, "market/two.jpg"), photo=name, about={"city": "<b>Oulu</b>"})
+    results = write_results(tmp_path / "results", photos, [scene])
+    with served(Review(FolderStore(results.folder.location), "<i>eve</i>")) as (origin, token):
+        tab = Tab(browser, origin)
+        tab.page.goto(f"{origin}/?token={token}")
+        tab.page.wait_for_selector(".card")
+        assert tab.page.locator(".card .name").inner_text() == name
+        tab.page.locator(".card a").click()
+        tab.page.wait_for_selector(".joint")
+        assert tab.page.locator(".photo h1").inner_text() == name
+        tab.page.click("#tab-camera")
+        assert "<b>Oulu</b>" in tab.page.locator("#tab-panel").inner_text()
+        assert "<i>eve</i>" in tab.page.locator("#where").inner_text()
+        assert tab.page.locator("main img[src=x], main b, main i").count() == 0
+        assert tab.outside == [] and tab.problems == []
+        tab.context.close()
