@@ -104,6 +104,7 @@ def served(review: Review) -> Iterator[tuple[str, str]]:
     """Yield the origin and the token of a review's page, served by a thread."""
     listener = socket.socket()
     listener.bind(("127.0.0.1", 0))
+    listener.listen()  # before anybody asks
     host = f"127.0.0.1:{listener.getsockname()[1]}"
     app = create_app(review, TOKEN, (host, host.replace("127.0.0.1", "localhost")))
     server = uvicorn.Server(uvicorn.Config(app, log_level="error", lifespan="off"))

@@ -41,6 +41,7 @@ def _listener(port: int) -> socket.socket:
     listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
     try:
         listener.bind((ADDRESS, port))
+        listener.listen()  # the browser may ask before the server has started
     except OSError as error:
         listener.close()
         raise SettingsError(
