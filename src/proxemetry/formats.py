@@ -106,7 +106,9 @@ def _opened(path: Path) -> Generator[Any]:
     except (PhotoError, MemoryError):
         raise
     except Exception as error:  # the decoders meet hostile bytes here and raise nearly anything
-        text = " ".join(str(error).split())[:150] or type(error).__name__
+        said = error.args[0] if error.args else ""
+        text = said.decode("utf-8", "replace") if isinstance(said, bytes) else str(error)
+        text = " ".join(text.split())[:150] or type(error).__name__
         if "cannot identify image file" in text:
             text = "no image format that is known"
         raise PhotoError(f"{path}: not a photo that can be read ({text})") from error

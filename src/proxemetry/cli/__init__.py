@@ -23,6 +23,7 @@ COMMANDS: dict[str, str] = {
     "benchmark": "run methods on a benchmark's photos, or its annotated points, and score them",
     "review": "look at every photo in the browser and put right what is wrong",
     "models": "list, fetch and check the networks that find people",
+    "doctor": "show what each photo tells of its camera, and what is missing",
 }
 
 DONE, SOME_FAILED, NOTHING_DONE = 0, 1, 2

@@ -10,14 +10,13 @@ from ..archive.results import Results
 from ..archive.run import ENGINES, Outcome
 from ..archive.run import run as run_archive
 from ..archive.work import Job
-from ..camera_table import CameraTable
 from ..errors import SettingsError
-from ..focal import FocalRequest
 from ..locate import BODY_SIZES, FLOORS, METHODS, LocateSettings
 from ..locate.pinhole import QUIRKS
 from ..measure import DEFAULT_METHOD, Settings
 from ..pose import EFFORTS, PoseOptions
 from . import DONE, NOTHING_DONE, SOME_FAILED
+from .camera_options import add_camera_options, focal_request
 from .progress import Reporter
 from .tally import print_results
 
@@ -43,7 +42,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--out", required=True, metavar="DIR", help="results folder, a path or a URL")
     _add_method(parser)
-    _add_camera(parser)
+    parser.add_argument("--no-undistort", action="store_true", help="leave the lens's distortion in")
+    add_camera_options(parser)
     _add_output(parser)
     _add_run(parser)
 
@@ -69,19 +69,6 @@ def _add_method(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def _add_camera(parser: argparse.ArgumentParser) -> None:
-    group = parser.add_argument_group("camera (what is stated here goes before the photos' metadata)")
-    group.add_argument("--focal-mm", type=float, metavar="F", help="focal length of the lens, millimetres")
-    group.add_argument("--sensor-mm", type=_size, metavar="WxH", help="width and height of the sensor, millimetres")
-    group.add_argument("--focal-35mm", type=float, metavar="F", help="35 mm equivalent focal length")
-    group.add_argument("--focal-px", type=float, metavar="F", help="focal length in pixels of the photos")
-    group.add_argument(
-        "--assume-fov", type=float, metavar="DEG", help="horizontal field of view to assume where nothing is known"
-    )
-    group.add_argument("--camera-table", metavar="FILE", help="CSV of what is known of single photos or cameras")
-    group.add_argument("--no-undistort", action="store_true", help="leave the lens's distortion in")
-
-
 def _add_output(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group("output")
     group.add_argument(
@@ -104,14 +91,6 @@ def _add_run(parser: argparse.ArgumentParser) -> None:
     group.add_argument("--shard", type=_share, metavar="I/N", help="do the I-th of N parts of the work (I from 1)")
     group.add_argument("--restart", action="store_true", help="begin anew: measure again what the folder has already")
     group.add_argument("--offline", action="store_true", help="fetch nothing: fail where a network is not here")
-
-
-def _size(text: str) -> tuple[float, float]:
-    width, _, height = text.lower().partition("x")
-    try:
-        return float(width), float(height)
-    except ValueError:
-        raise argparse.ArgumentTypeError(f"{text!r}: write WxH in millimetres, like 36x24") from None
 
 
 def _share(text: str) -> tuple[int, int]:
@@ -147,10 +126,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _job(args: argparse.Namespace) -> Job:
-    table = CameraTable.read(args.camera_table) if args.camera_table else None
-    focal = FocalRequest(
-        args.focal_mm, args.focal_35mm, args.focal_px, args.sensor_mm, args.assume_fov, camera_table=table
-    )
+    focal = focal_request(args)
     if unknown := args.quirks - set(QUIRKS):
         raise SettingsError(f"--quirks {', '.join(sorted(unknown))}: use {', '.join(QUIRKS)}")
     weight = LocateSettings().child_weight if args.child_weight is None else args.child_weight
