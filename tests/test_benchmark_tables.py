@@ -162,10 +162,10 @@ def test_command_line_writes_what_it_is_asked_for(tmp_path: Path, capsys: pytest
     common = ["benchmark", "--labels", str(KORTE), "--keypoints", "labels"]
     assert main([*common, "--method", "torso", "--out", str(out), "--json", str(tmp_path / "a.json")]) == 0
     assert "protocol v1" in capsys.readouterr().out
-    kept = score_files(out / "predictions_torso.json", KORTE)
+    kept = score_files(out / "predictions_torso_v1.json", KORTE)
     assert json.loads((tmp_path / "a.json").read_text())["overall"] == kept.to_dict()["overall"]
     assert json.loads((out / "score_torso_v1.json").read_text())["images"] == kept.to_dict()["images"]
-    named = [f"torso={out / 'predictions_torso.json'}", f"again={out / 'predictions_torso.json'}"]
+    named = [f"torso={out / 'predictions_torso_v1.json'}", f"again={out / 'predictions_torso_v1.json'}"]
     plot = tmp_path / "t.png"
     args = ["score", *named, "--labels", str(KORTE), "--table", "indoor", "--format", "csv", "--plot", str(plot)]
     assert main(args) == 0

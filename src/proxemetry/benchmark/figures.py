@@ -48,20 +48,25 @@ def plot_score(score: Score) -> Figure:
 
 
 def plot_table(table: Table) -> Figure:
-    """Draw the errors of a table's methods by row, the published figures as hollow markers."""
+    """Draw the figures of a table's methods by row, the published ones as hollow markers; a total stands apart."""
     figure = _figure(8, 4.5)
     axes = figure.subplots()
-    positions = np.arange(len(table.rows))
+    positions = np.arange(len(table.rows), dtype=float)
+    total = [row.name == "all" for row in table.rows]
     for k, method in enumerate(table.methods):
         colour = f"C{k % 10}"
-        ours = [row.cells[method].value for row in table.rows]
-        published = [row.cells[method].published_value for row in table.rows]
-        axes.plot(positions, ours, marker="o", color=colour, label=f"{method}")
-        if np.isfinite(published).any():
-            axes.plot(positions, published, marker="o", markerfacecolor="none", linestyle=":", color=colour,
-                      label=f"{method}, published")  # fmt: skip
+        ours = np.array([row.cells[method].value for row in table.rows])
+        published = np.array([row.cells[method].published_value for row in table.rows])
+        for values, line, face, label in (
+            (ours, "-", colour, method),
+            (published, ":", "none", f"{method}, published"),
+        ):
+            if np.isfinite(values).any():
+                joined = np.where(total, np.nan, values)
+                axes.plot(positions, joined, line, marker="o", color=colour, markerfacecolor=face, label=label)
+                axes.plot(positions[total], values[total], marker="o", color=colour, markerfacecolor=face)
     axes.set_xticks(positions, [row.name for row in table.rows])
-    axes.set(xlabel=table.row_header, ylabel=table.quantity)
+    axes.set(xlabel=table.row_header, ylabel="F1" if table.name == "f1" else f"pair error ({table.quantity})")
     axes.legend(fontsize=8)
     figure.suptitle(table.caption, fontsize=8, wrap=True)
     return figure

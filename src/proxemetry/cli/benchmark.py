@@ -79,7 +79,8 @@ def run(args: argparse.Namespace) -> int:
         answers = {m: Predictions(predict_labels(labels, s), f"{m} on annotated points") for m, s in settings.items()}
     scores = {m: score(labels, given, args.protocol) for m, given in answers.items()}
     if args.out:
-        _keep(Path(args.out), answers, scores, args.protocol)
+        annotated = args.keypoints == "labels"  # these depend on the protocol, by its labels
+        _keep(Path(args.out), answers, scores, f"_{args.protocol}" if annotated else "", args.protocol)
     if len(scores) > 1 and not args.table:
         print(comparison(scores), end="")
     else:
@@ -108,12 +109,12 @@ def _methods(names: str) -> list[str]:
     return methods
 
 
-def _keep(folder: Path, answers: dict[str, Predictions], scores: dict[str, Score], protocol: str) -> None:
+def _keep(folder: Path, answers: dict[str, Predictions], scores: dict[str, Score], suffix: str, protocol: str) -> None:
     """Write each method's predictions and score."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
         for method, given in answers.items():
-            write_predictions(folder / f"predictions_{method}.json", given)
+            write_predictions(folder / f"predictions_{method}{suffix}.json", given)
             (folder / f"score_{method}_{protocol}.json").write_text(scores[method].to_json(), encoding="utf-8")
     except OSError as error:
         raise OutputError(f"{folder}: cannot be written ({error.strerror})") from error
