@@ -135,3 +135,10 @@ def test_garbage_is_answered():
         keypoints = rng.normal(500, scale, (5, 17, 2))
         bodies = locate(People(COCO_17, keypoints, rng.random((5, 17))), CAMERA, LocateSettings())
         assert len(bodies) == 5
+
+
+def test_two_joints_of_a_head_do_not_tell_the_distance():
+    people, _ = photo(2, count=1)
+    bodies = locate(only(people, FACE[:2]), CAMERA, ADULTS)  # nose and one eye
+    assert not bodies.placed[0]
+    assert bodies.reasons[0] is not None and "uncertain by" in bodies.reasons[0]

@@ -29,6 +29,12 @@ LEVEL = 0.9
 GROUP_REACH_M, GROUP_RADII_M = 2.0, (0.3, 0.5, 1.0)
 
 _DRAWS = 512
+
+#: Methods that state everybody's joint uncertainty, and whose pairs get the answer of least expected error. The paper's
+#: estimators define a distance as the one between their positions.
+LEAST_ERROR_METHODS = frozenset({"scene"})
+#: No two bodies' middles are nearer.
+_SHORTEST_M = 0.1
 _GOLDEN, _SILVER = (math.sqrt(5) - 1) / 2, math.sqrt(2) - 1
 
 
@@ -36,7 +42,8 @@ _GOLDEN, _SILVER = (math.sqrt(5) - 1) / 2, math.sqrt(2) - 1
 class Distances:
     """All pairs of P people; every array is symmetric with NaN on the diagonal and for who could not be placed.
 
-    distance_m: shape (P, P), on the ground plane where gravity is known, else in space (`on_ground` says which).
+    distance_m: shape (P, P), on the ground plane where gravity is known, else in space (`on_ground` says which);
+    between the positions, or of least expected error (`LEAST_ERROR_METHODS`).
     low_m, high_m: shape (P, P), the 90 % interval of `distance_m`. distance_3d_m: shape (P, P), in space.
     zone_probability: shape (P, P, 4), in the order of `ZONES`. group_probability: shape (P, P), that two people face
     each other as an F-formation; NaN where a heading is unknown.
@@ -104,9 +111,10 @@ def measure_distances(bodies: Bodies) -> Distances:
     a, b = (placed[k] for k in np.triu_indices(len(placed), 1))
     if len(a):
         gap = bodies.positions_m[a] - bodies.positions_m[b]
-        distance[a, b] = np.linalg.norm(gap @ plane.T, axis=-1)
-        spatial[a, b] = np.linalg.norm(gap, axis=-1)
         lengths, weights = _draw_lengths(bodies, a, b, plane)
+        flat, straight = np.linalg.norm(gap @ plane.T, axis=-1), np.linalg.norm(gap, axis=-1)
+        distance[a, b] = _least_error(lengths, weights) if bodies.method in LEAST_ERROR_METHODS else flat
+        spatial[a, b] = np.sqrt(distance[a, b] ** 2 + np.maximum(straight**2 - flat**2, 0.0))
         low[a, b], high[a, b] = _shortest_intervals(lengths, weights)
         edges = np.searchsorted(ZONE_LIMITS_M, lengths, side="right")
         for k in range(len(ZONES)):
@@ -161,6 +169,21 @@ def _draw_lengths(
         lengths.append(np.linalg.norm(gap[:, None, :] + points @ root.transpose(0, 2, 1), axis=-1))
         weights.append(np.full(len(points), weight / len(points)))
     return np.concatenate(lengths, axis=1), np.concatenate(weights)
+
+
+def _least_error(values: FloatArray, weights: FloatArray) -> FloatArray:
+    """Return for each row of `values` (n, draws) the answer with the least expected relative error.
+
+    That is the median by the draws' weights over their lengths: |x / d - 1| costs a long answer to a short distance
+    most. Where depth is sure it is the distance between the positions; where it is not, that distance is mostly noise.
+    """
+    order = values.argsort(axis=1)
+    ordered = np.take_along_axis(values, order, axis=1)
+    share = weights[order] / np.maximum(ordered, _SHORTEST_M)
+    middle = np.cumsum(share, axis=1) - share / 2
+    half = share.sum(axis=1) / 2
+    answers = [np.interp(h, m, v) for h, m, v in zip(half, middle, ordered, strict=True)]
+    return np.array(answers, dtype=float)
 
 
 def _shortest_intervals(values: FloatArray, weights: FloatArray) -> tuple[FloatArray, FloatArray]:

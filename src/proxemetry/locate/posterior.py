@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
@@ -36,6 +36,8 @@ _MOST_AMBIGUOUS = 3
 _FOUND_FLOOR_REL_SD = 0.35
 _BELIEVED = 0.3
 _STATURE = LOG_LENGTHS.start
+#: Beyond this relative standard deviation of depth nothing is stated: the 90 % interval would span a factor of five.
+_MOST_REL_SD = 0.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,18 +56,43 @@ class Placed:
     modes: tuple[Mode, ...]
 
     def bodies(self, count: int, rows: NDArray[np.intp], reason: str) -> Bodies:
-        """Return them among all `count` people, at `rows`; the others are unplaced for that reason."""
+        """Return them among all `count` people, at `rows`; the others are unplaced for that reason.
+
+        So is, for a reason of its own, whose depth is open by more than `_MOST_REL_SD`.
+        """
         basis: list[str] = [""] * count
         reasons: list[str | None] = [reason] * count
-        for row, used in zip(rows, self.basis, strict=True):
-            basis[row], reasons[row] = used, None
+        depth_rel_sd = np.sqrt(np.diag(self.covariance_m2)[2::3]) / self.positions_m[:, 2]
+        known = depth_rel_sd < _MOST_REL_SD
+        for row, used, rel_sd in zip(rows, self.basis, depth_rel_sd, strict=True):
+            if rel_sd < _MOST_REL_SD:
+                basis[row], reasons[row] = used, None
+            else:
+                reasons[row] = f"only {used} seen, too little to tell the distance: uncertain by {100 * rel_sd:.0f} %"
+        return self._kept(known)._among(count, rows[known], tuple(basis), tuple(reasons))
+
+    def _kept(self, known: NDArray[np.bool_]) -> Placed:
+        """Return some of the people."""
+        if known.all():
+            return self
+        index = np.flatnonzero(np.repeat(known, 3))
+        modes = tuple(Mode(m.weight, m.positions_m[known], m.covariance_m2[np.ix_(index, index)]) for m in self.modes)
+        return replace(
+            self, positions_m=self.positions_m[known], covariance_m2=self.covariance_m2[np.ix_(index, index)],
+            heading_rad=self.heading_rad[known], heading_sd_rad=self.heading_sd_rad[known],
+            stature_m=self.stature_m[known], stature_sd_m=self.stature_sd_m[known], modes=modes,
+        )  # fmt: skip
+
+    def _among(
+        self, count: int, rows: NDArray[np.intp], basis: tuple[str, ...], reasons: tuple[str | None, ...]
+    ) -> Bodies:
         modes = tuple(
             Mode(m.weight, _spread(m.positions_m, count, rows), _spread_square(m.covariance_m2, count, rows))
             for m in self.modes
         )
         return Bodies(
             _spread(self.positions_m, count, rows), _spread_square(self.covariance_m2, count, rows), "scene",
-            tuple(basis), tuple(reasons), self.up, _spread(self.heading_rad, count, rows),
+            basis, reasons, self.up, _spread(self.heading_rad, count, rows),
             _spread(self.heading_sd_rad, count, rows), _spread(self.stature_m, count, rows),
             _spread(self.stature_sd_m, count, rows), self.floor, modes,
         )  # fmt: skip

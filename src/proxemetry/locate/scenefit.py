@@ -25,13 +25,14 @@ from .start import look
 FloatArray = NDArray[np.float64]
 
 #: How even floors are, as a standard deviation of where the soles are, metres; the tails are heavy (kerbs, steps).
-FLOOR_SD_M = 0.03
+FLOOR_SD_M = 0.045
 #: Hand-held and mounted cameras: what is known of pitch, roll and height above the floor beforehand; tails are heavy.
-PITCH_SD_RAD = np.deg2rad(4.0)
+PITCH_SD_RAD = np.deg2rad(7.0)
 ROLL_SD_RAD = np.deg2rad(1.2)
-TYPICAL_HEIGHT_M, HEIGHT_LOG_SD = 1.55, 0.22
+TYPICAL_HEIGHT_M, HEIGHT_LOG_SD = 1.55, 0.30
 
 _EXACT = 1e-5
+_LOOSE = 0.25
 _REASON = "fewer than two usable joints: nothing shows how large this person appears"
 
 
@@ -87,7 +88,8 @@ def _fit(
     scale = _scale(guesses.local[first])
     rows = rows_of(guesses, evidence, types, floor_sd, model, scale)
 
-    fit = solve(rows.taken(first), guesses.local[first], start.shared, prior, iterations=4)
+    # a looser floor first: people whom the coarse look put off it still find it
+    fit = solve(rows.taken(first).with_floor(_LOOSE), guesses.local[first], start.shared, prior, iterations=4)
     rows = rows.with_precision(keypoint_precision(evidence, model, _scale(fit.local))[rows.person])
     fit = solve(rows.taken(first), fit.local, fit.shared, prior, iterations=4)
     for _ in range(2):

@@ -59,6 +59,10 @@ class Rows:
         """Return the rows with other keypoint noise (R, K)."""
         return replace(self, precision=precision)
 
+    def with_floor(self, factor: float) -> Rows:
+        """Return the rows with the floor's precision multiplied."""
+        return replace(self, floor_precision=self.floor_precision * factor)
+
 
 @dataclass(frozen=True, eq=False)
 class SharedPrior:

@@ -22,7 +22,10 @@ HEADINGS: FloatArray = np.linspace(0.0, 2 * np.pi, 8, endpoint=False)
 _PITCHES: FloatArray = np.deg2rad([0.0, -12.0, 12.0, 24.0, 36.0, 50.0, 65.0])
 # World to camera at each pitch: gravity's direction, and the axes of a body at each heading.
 _DOWN: FloatArray = np.array([camera_axes(pitch, 0.0)[0][:, 1] for pitch in _PITCHES])
+_DOWN_BY_PITCH: FloatArray = np.array([camera_axes(pitch, 0.0)[1][:, 1] for pitch in _PITCHES])
 _AXES: FloatArray = np.array([camera_axes(pitch, 0.0)[0] @ body_axes(HEADINGS)[0] for pitch in _PITCHES])
+#: How far from a pitch of the table its bodies still look right.
+_CELL_RAD = np.deg2rad(5.0)
 _DEPTH_REL_SD = 0.07
 _FLOOR_SD_M = 0.1
 _DOF = 4.0
@@ -59,9 +62,8 @@ def look(
     point = np.take_along_axis(shift.reshape(*cost.shape[:2], -1, 2), choice[..., None], axis=-2)[..., 0, :]
     position = np.concatenate([point * z, z], axis=-1)
     standing = np.take_along_axis(torso, choice[..., 0].T // len(HEADINGS), axis=1).T + SHOE_M
-    floor_cost, height = _floor(position, standing, prior, on_floor)
     shared = np.zeros((len(_PITCHES), N_SHARED))
-    shared[:, PITCH], shared[:, HEIGHT] = _PITCHES, height
+    floor_cost, shared[:, PITCH], shared[:, HEIGHT] = _floor(position, standing, prior, on_floor)
     total = lowest.sum(axis=1) + floor_cost + np.array([prior.cost(s) for s in shared])
     best = int(total.argmin())
     return Start(shared[best], cost[best], np.log(depth[best]), shift[best])
@@ -99,20 +101,32 @@ def _lay(points: FloatArray, weights: FloatArray, bodies: FloatArray) -> tuple[F
 
 def _floor(
     position: FloatArray, torso_m: FloatArray, prior: SharedPrior, on_floor: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Return how badly the people fit one floor at each pitch (G,), and the log of the camera's height above it (G,).
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return how badly the people fit one floor near each pitch (G,), that pitch made finer, and log camera height.
 
-    position: shape (G, P, 3). torso_m: shape (G, P), the torso's height above the floor.
+    position: shape (G, P, 3). torso_m: shape (G, P), the torso's height above the floor. Heights and a small change of
+    pitch follow by robust least squares; both are held near what is known beforehand.
     """
     below = np.einsum("gpi,gi->gp", position, _DOWN)
-    heights = below + torso_m
+    by_pitch = np.einsum("gpi,gi->gp", position, _DOWN_BY_PITCH)
     variance = (_DEPTH_REL_SD * below) ** 2 + (0.06 * torso_m) ** 2 + _FLOOR_SD_M**2
     typical = float(np.exp(prior.mean[HEIGHT]))
-    weights = on_floor / variance
-    anchor = 1.0 / (prior.sd[HEIGHT] * 2 * typical) ** 2  # the prior counts as one person seen badly
-    height = np.full((len(position), 1), typical)
-    for _ in range(3):
-        robust = weights * (_DOF + 1) / (_DOF + (heights - height) ** 2 / variance)
-        height = ((robust * heights).sum(axis=1) + anchor * typical)[:, None] / (robust.sum(axis=1) + anchor)[:, None]
-    cost = (on_floor * (_DOF + 1) / 2 * np.log1p((heights - height) ** 2 / variance / _DOF)).sum(axis=1)
-    return cost, np.log(np.clip(height[:, 0], 0.2, 50.0))
+    height_precision = (2 * prior.sd[HEIGHT] * typical) ** -2
+    pitch_precision, cell_precision = (2 * prior.sd[PITCH]) ** -2, _CELL_RAD**-2
+    height, step = np.full((len(position), 1), typical), np.zeros((len(position), 1))
+    for _ in range(4):
+        apart = below + torso_m + step * by_pitch - height
+        robust = on_floor / variance * (_DOF + 1) / (_DOF + apart**2 / variance)
+        # normal equations of (height, step)
+        hh = robust.sum(axis=1) + height_precision
+        hs = -(robust * by_pitch).sum(axis=1)
+        ss = (robust * by_pitch**2).sum(axis=1) + pitch_precision + cell_precision
+        h = (robust * (below + torso_m)).sum(axis=1) + height_precision * typical
+        s = -(robust * by_pitch * (below + torso_m)).sum(axis=1) - pitch_precision * _PITCHES
+        determinant = hh * ss - hs**2
+        height = ((h * ss - s * hs) / determinant)[:, None]
+        step = ((s * hh - h * hs) / determinant)[:, None]
+    apart = below + torso_m + step * by_pitch - height
+    cost = (on_floor * (_DOF + 1) / 2 * np.log1p(apart**2 / variance / _DOF)).sum(axis=1)
+    cost += 0.5 * cell_precision * step[:, 0] ** 2
+    return cost, _PITCHES + step[:, 0], np.log(np.clip(height[:, 0], 0.3, 50.0))
