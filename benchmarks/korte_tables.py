@@ -11,6 +11,7 @@ import argparse
 import csv
 import io
 import math
+from collections.abc import Iterable
 from pathlib import Path
 
 from compare_methods import score_methods
@@ -25,10 +26,10 @@ from proxemetry.trial import predict_labels
 START, END = "<!-- tables -->", "<!-- end of tables -->"
 
 
-def score_annotated(folder: str, protocol: str) -> dict[str, Score]:
-    """Score every method on the annotated points under a protocol."""
+def score_annotated(folder: str, protocol: str, methods: Iterable[str] = tuple(METHODS)) -> dict[str, Score]:
+    """Score methods on the annotated points under a protocol."""
     labels = read_labels(folder, errata=PROTOCOLS[protocol].errata)
-    settings = {m: Settings(method=m, locate=LocateSettings(body_size="adults")) for m in METHODS}
+    settings = {m: Settings(method=m, locate=LocateSettings(body_size="adults")) for m in methods}
     return {m: score(labels, Predictions(predict_labels(labels, s), m), protocol) for m, s in settings.items()}
 
 
@@ -100,7 +101,7 @@ def tables(folder: str, count: int, seed: int) -> str:
     published, correct = score_annotated(folder, "seker2021"), score_annotated(folder, "v1")
     parts = [
         "### Annotated points, protocol `v1`, labels with errata\n", summary(correct, all_photos=False),
-        "### Annotated points, protocol `seker2021`, labels as published\n", summary(published, all_photos=True),
+        "### Annotated points, protocol `seker2021`, original labels\n", summary(published, all_photos=True),
     ]  # fmt: skip
     for name in ("all", "outdoor", "indoor", "elevated", "f1"):
         parts += [f"### Annotated points, protocol `seker2021`: {name}\n", paper_table(name, published)]

@@ -101,7 +101,7 @@ class Labels:
     @property
     def description(self) -> str:
         """How results name these labels."""
-        return f"with errata ({len(self.errata)} corrections)" if self.errata else "as published"
+        return f"with errata ({len(self.errata)} corrections)" if self.errata else "original"
 
 
 def read_labels(folder: str | Path, errata: bool = True) -> Labels:
