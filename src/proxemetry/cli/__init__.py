@@ -21,6 +21,7 @@ COMMANDS: dict[str, str] = {
     "export": "results for other programs: SPSS, COCO keypoints, the tables anew, the codebook",
     "score": "score predictions against a benchmark's labels, or check a labels folder",
     "benchmark": "run methods on a benchmark's photos, or its annotated points, and score them",
+    "report": "write one self-contained page on a results folder",
     "review": "look at every photo in the browser and put right what is wrong",
     "models": "list, fetch and check the networks that find people",
     "doctor": "show what each photo tells of its camera, and what is missing",

@@ -75,7 +75,7 @@ export class Panel {
   }
 
   people() {
-    if (!this.fields.people.length) return html("p", { class: "hint", text: "Nobody was found. Press A to add a person." });
+    if (!this.fields.people.length) return html("p", { class: "hint", text: this.fields.status === "excluded" ? "The photo is excluded." : "Nobody was found. Press A to add a person." });
     const rows = this.fields.people.map((p) => this.row({ "data-person": p.number }, { person: p.number },
       html("th", { scope: "row" }, html("button", { type: "button", class: "plain", "aria-label": `Choose person ${p.number}`, onclick: () => this.on.choose(p.number) }, this.dot(p.number))),
       html("td", { class: "num", text: p.ground ? metres(p.ground[1]) : "" }),

@@ -31,7 +31,7 @@ export class Plan {
     caption.className = "scale";
     this.host.append(caption);
     if (!placed.length) {
-      caption.textContent = this.fields.people.length ? "Nobody could be placed." : "Nobody was found.";
+      caption.textContent = this.fields.status === "excluded" ? "The photo is excluded." : this.fields.people.length ? "Nobody could be placed." : "Nobody was found.";
       return;
     }
     const limits = this.limits(placed, width, height);

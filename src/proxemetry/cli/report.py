@@ -1,0 +1,37 @@
+"""`proxemetry report`: one page on a results folder."""
+
+from __future__ import annotations
+
+import argparse
+import importlib.util
+
+from ..errors import SettingsError
+from ..plots.faces import FACES
+from ..report import GROUPS, write_report
+
+_EXAMPLES = """examples:
+  proxemetry report results                           writes results/report.html, heads pixelated
+  proxemetry report results --group-by country        compares countries, as the photos' metadata name them
+  proxemetry report results --out essay.html --faces show
+"""
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add the options."""
+    parser.epilog = _EXAMPLES
+    parser.add_argument("results", metavar="DIR", help="results folder of `proxemetry measure`")
+    parser.add_argument("--out", metavar="FILE", help="where to write the page (default: DIR/report.html)")
+    parser.add_argument("--faces", choices=FACES, default="blur", help="pixelate heads in the figures (default: blur)")
+    parser.add_argument("--group-by", choices=tuple(GROUPS), default="folder", help="what to compare photos by")
+    parser.add_argument("--photos", type=int, default=6, metavar="N", help="figures in the sample (default: 6)")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Write the report."""
+    if importlib.util.find_spec("matplotlib") is None:
+        raise SettingsError("the report's figures need matplotlib: pip install 'proxemetry[plot]'")
+    if args.photos < 0:
+        raise SettingsError(f"--photos is {args.photos}: it must be 0 or more")
+    path = write_report(args.results, args.out, faces=args.faces, group_by=args.group_by, photos=args.photos)
+    print(f"report: {path}")
+    return 0

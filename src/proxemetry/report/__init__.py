@@ -1,0 +1,84 @@
+"""One self-contained page on a results folder: to read, to print, to send along."""
+
+from __future__ import annotations
+
+import base64
+import io
+from pathlib import Path
+
+from .. import plots
+from ..archive.folder import is_url
+from ..archive.results import Results
+from ..errors import OutputError, ProxemetryError, SettingsError
+from ..photo import Photo
+from ..plots.faces import FACES
+from ..scene import Scene
+from .numbers import GROUPS, count
+from .page import page
+
+__all__ = ["FILE", "GROUPS", "write_report"]
+
+#: Name of the report in a results folder.
+FILE = "report.html"
+
+_DPI = 110
+
+
+def write_report(
+    location: str | Path,
+    out: str | Path | None = None,
+    *,
+    faces: str = "blur",
+    group_by: str = "folder",
+    photos: int = 6,
+    listed: int = 15,
+) -> Path:
+    """Write the report of a results folder and return its path, `report.html` in the folder where `out` is None.
+
+    The folder's tables are written anew first, so that corrections are in. faces: "blur" pixelates the heads of who
+    was found. group_by: one of `GROUPS`. photos: how many figures; listed: how many of the nearest and least certain
+    pairs. Raises OutputError where there are no results or the page cannot be written, SettingsError for options.
+    """
+    if faces not in FACES:
+        raise SettingsError(f"--faces {faces!r} is unknown: use one of {', '.join(FACES)}")
+    if is_url(str(location)):
+        raise SettingsError(f"{location}: a report needs a results folder on this machine; copy it here first")
+    results = Results.open(location)
+    missing = results.missing_shards()
+    if missing:
+        raise OutputError(
+            f"{results.folder.location}: {len(missing)} parts of the run are missing; "
+            "run the same `proxemetry measure` again to finish it"
+        )
+    run = results.run
+    results.write_tables(run.get("safe_distance_m"))
+    numbers = count(results.folder, group_by, photos, listed)
+    locations = results.locations()
+    figures = [
+        (scene.photo, _data_url(scene, locations.get(scene.photo), faces)) for scene in results.scenes(numbers.sample)
+    ]
+    title = f"Distances in {Path(results.folder.location).name}"
+    text = page(run, numbers, figures, title=title, faces=faces, group_by=group_by)
+    path = Path(out) if out is not None else Path(results.folder.location) / FILE
+    temporary = path.with_name(f".{path.name}.part")
+    try:
+        temporary.write_text(text, encoding="utf-8")
+        temporary.replace(path)
+    except OSError as error:
+        raise OutputError(f"{path}: the report cannot be written ({error.strerror or error})") from error
+    return path
+
+
+def _data_url(scene: Scene, location: str | None, faces: str) -> str:
+    """Return a photo's figure as a JPEG inside a URL; where the photo is gone, what was found in it."""
+    photo = None
+    if location is not None and not is_url(location):
+        try:
+            photo = Photo.open(location, scene.photo)
+            photo = photo if photo.sha256 == scene.sha256 else None
+        except ProxemetryError:
+            photo = None
+    buffer = io.BytesIO()
+    figure = plots.overlay(scene, photo, faces=faces)
+    figure.savefig(buffer, format="jpeg", dpi=_DPI, pil_kwargs={"quality": 84})
+    return f"data:image/jpeg;base64,{base64.b64encode(buffer.getvalue()).decode()}"

@@ -1,0 +1,266 @@
+"""What a report says of a results folder, counted in its tables."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..archive.folder import Folder
+from ..archive.parts import attached, quoted
+from ..distances import ZONES
+from ..errors import SettingsError
+
+FloatArray = NDArray[np.float64]
+
+#: What photos may be grouped by -> the SQL for it, in columns of the photos table.
+GROUPS = {
+    "folder": r"CASE WHEN contains(photo, '/') THEN regexp_replace(photo, '/[^/]*$', '') ELSE '' END",
+    "country": "country",
+    "city": "city",
+    "source": "source",
+    "year": "left(date, 4)",
+}
+
+#: Half width of a central 90 % interval in standard errors.
+_SE_90 = 1.6449
+
+#: Histogram: edges in metres; everything beyond the last is one bar.
+BIN_M, BINS = 0.5, 20
+
+
+@dataclass(frozen=True)
+class Share:
+    """A share with its central 90 % interval over photos (pairs in one photo are not independent)."""
+
+    value: float
+    low: float
+    high: float
+
+
+@dataclass(frozen=True)
+class Distances:
+    """Distances of one kind in some photos.
+
+    n: how many. median_m with low_m, high_m: its central 90 % interval over photos. quartiles_m: lower and upper.
+    zones: for each of Hall's zones the share of the distances, each counted by its probability of lying there.
+    counts: shape (BINS + 1,), the histogram.
+    """
+
+    n: int
+    n_photos: int
+    median_m: float
+    low_m: float
+    high_m: float
+    quartiles_m: tuple[float, float]
+    zones: tuple[Share, ...]
+    counts: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class Group:
+    """One group of photos."""
+
+    name: str
+    photos: int
+    people: int
+    nearest: Distances
+
+
+@dataclass(frozen=True)
+class Pair:
+    """One pair, for the lists of the nearest and the least certain."""
+
+    photo: str
+    person_a: int
+    person_b: int
+    distance_m: float
+    low_m: float
+    high_m: float
+
+
+@dataclass(frozen=True)
+class Numbers:
+    """Everything that a report counts. Each count is a list of (what, how many), the most frequent first."""
+
+    photos: int
+    people: int
+    pairs: int
+    corrected: int
+    statuses: list[tuple[str, int]]
+    refusals: list[tuple[str, int]]
+    unplaced: list[tuple[str, int]]
+    focal_sources: list[tuple[str, int]]
+    flags: list[tuple[str, int]]
+    on_ground: float
+    nearest: Distances
+    every: Distances
+    groups: list[Group]
+    nearest_pairs: list[Pair]
+    uncertain_pairs: list[Pair]
+    sample: list[str]
+
+
+def count(folder: Folder, group_by: str, n_sample: int, n_listed: int) -> Numbers:
+    """Return the numbers of a results folder whose tables are up to date; raises SettingsError for `group_by`."""
+    if group_by not in GROUPS:
+        raise SettingsError(f"--group-by {group_by!r} is unknown: use one of {', '.join(GROUPS)}")
+    duck = attached(folder)
+    for table in ("photos", "people", "pairs"):
+        path = quoted(folder.path(f"{table}.parquet"))
+        duck.execute(f"CREATE OR REPLACE TEMP VIEW report_{table} AS SELECT * FROM read_parquet({path})")
+    duck.execute(
+        f"CREATE OR REPLACE TEMP TABLE report_groups AS SELECT photo, coalesce({GROUPS[group_by]}, '') AS name "
+        "FROM report_photos WHERE status != 'excluded'"
+    )
+    duck.execute(_NEAREST)
+
+    def one(query: str) -> Any:
+        return duck.execute(query).fetchone()
+
+    photos, corrected = one("SELECT count(*), coalesce(sum(CAST(corrections > 0 AS INTEGER)), 0) FROM report_photos")
+    (people,) = one("SELECT count(*) FROM report_people")
+    pairs, on_ground = one(
+        "SELECT count(*), coalesce(avg(CAST(on_ground AS DOUBLE)), 0) FROM report_pairs WHERE distance_m NOTNULL"
+    )
+    return Numbers(
+        photos=int(photos),
+        people=int(people),
+        pairs=int(pairs),
+        corrected=int(corrected),
+        statuses=_counted(duck, "status", "report_photos"),
+        refusals=_counted(duck, _UNNAMED, "report_photos WHERE status != 'ok'"),
+        unplaced=_counted(duck, "reason", "report_people WHERE x_m IS NULL AND reason IS NOT NULL"),
+        focal_sources=_counted(duck, "coalesce(focal_source, 'unknown')", "report_photos WHERE status != 'failed'"),
+        flags=_counted(
+            duck, "flag", "(SELECT unnest(string_split(camera_flags, '; ')) flag FROM report_photos) WHERE flag != ''"
+        ),
+        on_ground=float(on_ground),
+        nearest=_distances(duck, "report_nearest"),
+        every=_distances(duck, "(SELECT * FROM report_pairs WHERE distance_m NOTNULL)"),
+        groups=_groups(duck),
+        nearest_pairs=_listed(duck, "distance_m", n_listed),
+        uncertain_pairs=_listed(duck, "(high_m - low_m) / distance_m DESC", n_listed),
+        sample=[r[0] for r in duck.execute(_SAMPLE, {"n": n_sample}).fetchall()],
+    )
+
+
+# Each person's nearest other: the distance that proxemics is about; all pairs of a crowd are mostly its size.
+_NEAREST = """
+CREATE OR REPLACE TEMP TABLE report_nearest AS
+SELECT photo, person, best.* FROM (
+    SELECT photo, person,
+        arg_min(struct_pack(distance_m, p_intimate, p_personal, p_social, p_public), distance_m) AS best
+    FROM (SELECT photo, person_a AS person, * EXCLUDE (photo) FROM report_pairs
+          UNION ALL SELECT photo, person_b AS person, * EXCLUDE (photo) FROM report_pairs)
+    WHERE distance_m IS NOT NULL GROUP BY photo, person)
+"""
+
+# A reason begins with the photo's name or path; without it the same reasons are counted together.
+_UNNAMED = r"regexp_replace(reason, '^.*?' || regexp_escape(parse_filename(photo)) || ':?\s*', '')"
+
+# The same photos whenever the report is written, and not the first of the alphabet.
+_SAMPLE = "SELECT photo FROM report_photos WHERE n_pairs > 0 AND status = 'ok' ORDER BY md5(photo) LIMIT $n"
+
+
+def _counted(duck: Any, what: str, source: str) -> list[tuple[str, int]]:
+    rows = duck.execute(
+        f"SELECT {what} AS what, count(*) AS n FROM {source} GROUP BY what ORDER BY n DESC, what LIMIT 12"
+    ).fetchall()
+    return [(str(what), int(n)) for what, n in rows]
+
+
+def _listed(duck: Any, order: str, count: int) -> list[Pair]:
+    rows = duck.execute(
+        "SELECT photo, person_a, person_b, distance_m, low_m, high_m FROM report_pairs WHERE distance_m > 0 "
+        f"ORDER BY {order}, photo, person_a, person_b LIMIT {int(count)}"
+    ).fetchall()
+    return [Pair(str(p), int(a), int(b), float(d), _number(low), _number(high)) for p, a, b, d, low, high in rows]
+
+
+def _number(value: float | None) -> float:
+    return math.nan if value is None else float(value)
+
+
+def _groups(duck: Any) -> list[Group]:
+    names = duck.execute(
+        "SELECT name, count(*), coalesce(sum(n_people), 0) FROM report_groups JOIN report_photos USING (photo) "
+        "GROUP BY name ORDER BY count(*) DESC, name LIMIT 40"
+    ).fetchall()
+    return [
+        Group(
+            str(name),
+            int(photos),
+            int(people),
+            _distances(
+                duck, f"(SELECT * FROM report_nearest SEMI JOIN (SELECT photo FROM report_groups WHERE name = "
+                f"{quoted(str(name))}) USING (photo))"
+            ),
+        )
+        for name, photos, people in names
+    ]  # fmt: skip
+
+
+def _distances(duck: Any, source: str) -> Distances:
+    n, median, lower, upper = duck.execute(
+        f"SELECT count(*), quantile_cont(distance_m, 0.5), quantile_cont(distance_m, 0.25), "
+        f"quantile_cont(distance_m, 0.75) FROM {source}"
+    ).fetchone()
+    if not n:
+        nothing = Share(math.nan, math.nan, math.nan)
+        return Distances(
+            0, 0, math.nan, math.nan, math.nan, (math.nan, math.nan), (nothing,) * len(ZONES), (0,) * (BINS + 1)
+        )
+    sums = ", ".join(f"sum(p_{zone})" for zone in ZONES)
+    table = np.array(
+        duck.execute(
+            f"SELECT count(*), sum(CAST(distance_m <= {median!r} AS INTEGER)), {sums} FROM {source} GROUP BY photo"
+        ).fetchall(),
+        dtype=float,
+    )
+    below, *zones = (ratio_over_photos(table[:, k], table[:, 0]) for k in range(1, table.shape[1]))
+    low, high = _median_interval(duck, source, below)
+    bars = dict(
+        duck.execute(
+            f"SELECT least(CAST(floor(distance_m / {BIN_M}) AS INTEGER), {BINS}) AS bar, count(*) FROM {source} "
+            "GROUP BY bar"
+        ).fetchall()
+    )
+    return Distances(
+        int(n), len(table), float(median), low, high, (float(lower), float(upper)), tuple(zones),
+        tuple(int(bars.get(k, 0)) for k in range(BINS + 1)),
+    )  # fmt: skip
+
+
+def _median_interval(duck: Any, source: str, below: Share) -> tuple[float, float]:
+    """Return the median's interval: it ends where that of the share below the median ends (Woodruff 1952)."""
+    if not math.isfinite(below.low):
+        return math.nan, math.nan
+    levels = [min(max(0.5 + v - below.value, 0.0), 1.0) for v in (below.low, below.high)]
+    low, high = duck.execute(
+        f"SELECT quantile_cont(distance_m, {levels[0]!r}), quantile_cont(distance_m, {levels[1]!r}) FROM {source}"
+    ).fetchone()
+    return float(low), float(high)
+
+
+def ratio_over_photos(parts: FloatArray, totals: FloatArray) -> Share:
+    """Return the sum of `parts` over that of `totals`, one of each a photo, with its central 90 % interval.
+
+    Photos are what is sampled, so the standard error is that of a ratio estimator (Cochran 1977, section 6.4). The
+    interval is NaN with a single photo.
+    """
+    parts, totals, n = np.asarray(parts, dtype=float), np.asarray(totals, dtype=float), len(parts)
+    value = float(parts.sum() / totals.sum())
+    if n < 2:
+        return Share(value, math.nan, math.nan)
+    error = math.sqrt(float(((parts - value * totals) ** 2).sum()) * n / (n - 1)) / float(totals.sum())
+    return Share(value, max(0.0, value - _SE_90 * error), min(1.0, value + _SE_90 * error))
+
+
+def names_of(shares: Sequence[Share]) -> list[tuple[str, Share]]:
+    """Return Hall's zones with their shares."""
+    return list(zip(ZONES, shares, strict=True))

@@ -1,0 +1,203 @@
+"""The report as one HTML file that needs nothing else."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping, Sequence
+from html import escape
+from typing import Any
+
+from ..plots.choice import metres_text
+from .charts import histogram, legend, zone_bar
+from .numbers import Distances, Group, Numbers, Pair, Share, names_of
+from .wording import CITE, LIMITS, METHODS, STYLE
+
+_POLICY = "default-src 'none'; img-src data:; style-src 'unsafe-inline'"
+
+
+def page(
+    run: Mapping[str, Any],
+    numbers: Numbers,
+    figures: Sequence[tuple[str, str]],
+    *,
+    title: str,
+    faces: str,
+    group_by: str,
+) -> str:
+    """Return the page. figures: (photo, data URL); faces: how heads are shown, for the words beside them."""
+    sections = [
+        _head(title, run, numbers),
+        _distances(numbers),
+        _by_group(numbers.groups, group_by),
+        _refusals(numbers),
+        _cameras(numbers),
+        _figures(figures, faces),
+        _pairs("The nearest pairs", numbers.nearest_pairs, "A distance near zero is more often a person found twice."),
+        _pairs("The least certain pairs", numbers.uncertain_pairs, "Where looking at the photo pays most."),
+        _method(run, numbers),
+    ]
+    return (
+        f'<!doctype html><html lang="en"><head><meta charset="utf-8">'
+        f'<meta http-equiv="Content-Security-Policy" content="{_POLICY}">'
+        f'<meta name="viewport" content="width=device-width, initial-scale=1">'
+        f"<title>{escape(title)}</title><style>{STYLE}</style></head><body><main>{''.join(sections)}</main></body></html>"
+    )
+
+
+def _many(count: int, one: str, many: str) -> str:
+    return f"{count:,} {one if count == 1 else many}"
+
+
+def _median(distances: Distances) -> str:
+    return metres_text(distances.median_m, distances.low_m, distances.high_m) if distances.n else "–"
+
+
+def _percent(share: Share) -> str:
+    if not math.isfinite(share.value):
+        return "–"
+    if not math.isfinite(share.low):
+        return f"{100 * share.value:.1f} %"
+    return f"{100 * share.value:.1f} % [{100 * share.low:.1f}, {100 * share.high:.1f}]"
+
+
+def _head(title: str, run: Mapping[str, Any], numbers: Numbers) -> str:
+    settings = run.get("settings") or {}
+    facts = (
+        ("photos", f"{numbers.photos:,}"),
+        ("people", f"{numbers.people:,}"),
+        ("pairs with a distance", f"{numbers.pairs:,}"),
+        ("median to the nearest other", _median(numbers.nearest)),
+    )
+    tiles = "".join(f"<div><strong>{escape(v)}</strong><span>{escape(k)}</span></div>" for k, v in facts)
+    by_hand = f" {_many(numbers.corrected, 'photo was', 'photos were')} corrected by hand." if numbers.corrected else ""
+    return (
+        f"<header><p class='brand'>proxemetry</p><h1>{escape(title)}</h1><p>How far apart the people in these photos "
+        f"stand: proxemetry {escape(str(run.get('version')))}, method {escape(str(settings.get('method')))}, people "
+        f"found by {escape(str(run.get('pose')))}.{by_hand}</p><div class='tiles'>{tiles}</div></header>"
+    )
+
+
+def _distances(numbers: Numbers) -> str:
+    kind = (
+        "along the ground" if numbers.on_ground > 0.995
+        else "in space, since gravity is unknown" if numbers.on_ground < 0.005
+        else f"along the ground for {100 * numbers.on_ground:.0f} % of the pairs, in space for the rest"
+    )  # fmt: skip
+    return (
+        f"<section><h2>Distances</h2><p>Between body centres, {kind}; the gap between two bodies is about 0.25 m less. "
+        "Brackets and the shaded band hold the central 90 %, reckoned over photos, because pairs in one photo are not "
+        "independent. Each distance counts for a zone by its probability of lying in it.</p>"
+        f"{legend()}{_block('From each person to the nearest other', numbers.nearest)}"
+        f"{_block('Between all pairs', numbers.every)}</section>"
+    )
+
+
+def _block(title: str, distances: Distances) -> str:
+    if not distances.n:
+        return f"<h3>{title}</h3><p>There is none.</p>"
+    zones = "".join(f"<td>{_percent(share)}</td>" for _, share in names_of(distances.zones))
+    heads = "".join(f"<th scope='col'>{name}</th>" for name, _ in names_of(distances.zones))
+    lower, upper = distances.quartiles_m
+    return (
+        f"<div class='block'><h3>{title}</h3><p>{_many(distances.n, 'distance', 'distances')} in "
+        f"{_many(distances.n_photos, 'photo', 'photos')}; median "
+        f"{_median(distances)}, half of them between "
+        f"{lower:.1f} and {upper:.1f} m.</p>{histogram(distances, title)}"
+        f"<table><thead><tr>{heads}</tr></thead><tbody><tr>{zones}</tr></tbody></table></div>"
+    )
+
+
+def _by_group(groups: Sequence[Group], group_by: str) -> str:
+    if len(groups) < 2:
+        return ""
+    rows = "".join(
+        f"<tr><th scope='row'>{escape(g.name) or '(none)'}</th><td>{g.photos:,}</td><td>{g.people:,}</td>"
+        f"<td>{_median(g.nearest)}</td>"
+        f"<td>{zone_bar(g.nearest.zones, f'zones of {g.name}')}</td></tr>"
+        for g in groups
+    )
+    return (
+        f"<section><h2>By {escape(group_by)}</h2><p>Distances from each person to the nearest other: median, and share "
+        f"of each zone in percent.</p><table><thead><tr><th scope='col'>{escape(group_by)}</th><th scope='col'>photos"
+        "</th><th scope='col'>people</th><th scope='col'>median</th><th scope='col'>zones</th></tr></thead>"
+        f"<tbody>{rows}</tbody></table></section>"
+    )
+
+
+def _counts(title: str, counts: Sequence[tuple[str, int]]) -> str:
+    if not counts:
+        return ""
+    rows = "".join(f"<tr><th scope='row'>{escape(what)}</th><td>{n:,}</td></tr>" for what, n in counts)
+    return f"<h3>{title}</h3><table class='counts'><tbody>{rows}</tbody></table>"
+
+
+_STATUS = {
+    "ok": "measured", "no_camera": "people found, but no focal length and so no distances",
+    "failed": "could not be read", "excluded": "excluded by a reviewer",
+}  # fmt: skip
+
+
+def _refusals(numbers: Numbers) -> str:
+    statuses = [(_STATUS.get(s, s), n) for s, n in numbers.statuses]
+    return (
+        f"<section><h2>What was and was not measured</h2>{_counts('Photos', statuses)}"
+        f"{_counts('Why photos have no distances', numbers.refusals)}"
+        f"{_counts('Why people have no place', numbers.unplaced)}</section>"
+    )
+
+
+def _cameras(numbers: Numbers) -> str:
+    return (
+        "<section><h2>Where the focal lengths came from</h2><p>Depth is proportional to the focal "
+        "length, the distance of two people side by side hardly depends on it. "
+        "ASSUMED is a guess, with an interval to match.</p>"
+        f"{_counts('Sources', numbers.focal_sources)}{_counts('Doubts about cameras', numbers.flags)}</section>"
+    )
+
+
+def _figures(figures: Sequence[tuple[str, str]], faces: str) -> str:
+    if not figures:
+        return ""
+    hidden = (
+        " Heads are pixelated where people were found; somebody who was not found stays recognisable."
+        if faces == "blur" else ""
+    )  # fmt: skip
+    shown = "".join(
+        f"<figure><img src='{url}' alt='{escape(photo, quote=True)} with distances and the view from above'></figure>"
+        for photo, url in figures
+    )
+    return (
+        f"<section><h2>A sample of photos</h2><p>Picked by chance among those with distances, the same ones on every "
+        f"run.{hidden}</p>{shown}</section>"
+    )
+
+
+def _pairs(title: str, pairs: Sequence[Pair], text: str) -> str:
+    if not pairs:
+        return ""
+    rows = "".join(
+        f"<tr><th scope='row'>{escape(p.photo)}</th><td>{p.person_a} – {p.person_b}</td>"
+        f"<td>{metres_text(p.distance_m, p.low_m, p.high_m)}</td></tr>"
+        for p in pairs
+    )
+    return (
+        f"<section><h2>{title}</h2><p>{text}</p><table><thead><tr><th scope='col'>photo</th><th scope='col'>people</th>"
+        f"<th scope='col'>distance [90 % interval]</th></tr></thead><tbody>{rows}</tbody></table></section>"
+    )
+
+
+def _method(run: Mapping[str, Any], numbers: Numbers) -> str:
+    settings = run.get("settings") or {}
+    method = str(settings.get("method"))
+    models = [(name, f"sha256 {digest}") for name, digest in (run.get("models") or {}).items()]
+    packages = [("proxemetry", str(run.get("version"))), ("Python", str(run.get("python")))]
+    packages += [(k, str(v)) for k, v in (run.get("packages") or {}).items()]
+    listed = "".join(f"<dt>{escape(k)}</dt><dd>{escape(v)}</dd>" for k, v in [*models, *packages])
+    limits = "".join(f"<li>{escape(text)}</li>" for text in LIMITS)
+    return (
+        f"<section><h2>Method</h2><p>{escape(METHODS.get(method, METHODS['']))}</p><h2>Limits</h2><ul>{limits}</ul>"
+        f"<h2>How to cite</h2><p>{escape(CITE)}</p><h2>What was run</h2><dl>{listed}</dl>"
+        f"<details open><summary>Settings</summary><pre>{escape(json.dumps(settings, indent=1))}</pre></details>"
+        "</section>"
+    )

@@ -1,0 +1,191 @@
+"""The report: its numbers are those of the tables, and the page needs nothing but itself."""
+
+import csv
+import os
+import re
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from drawn import people_at
+from hypothesis import given
+from hypothesis import strategies as st
+from reviewing import CAMERA, PHOTOS, draw_photo, make_results, scene_of, write_results
+
+from proxemetry.archive.corrections import FILE as LOG_FILE
+from proxemetry.archive.corrections import Log
+from proxemetry.archive.results import Results
+from proxemetry.cli import main
+from proxemetry.errors import OutputError, SettingsError
+from proxemetry.report import FILE, write_report
+from proxemetry.report.numbers import Numbers, count, ratio_over_photos
+
+CHROMIUM = Path(os.environ.get("CHROMIUM", "/usr/bin/chromium"))
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory: pytest.TempPathFactory) -> Results:
+    return make_results(tmp_path_factory.mktemp("report"))
+
+
+@pytest.fixture(scope="module")
+def numbers(results: Results) -> Numbers:
+    return count(results.folder, "folder", 4, 10)
+
+
+def rows(results: Results, table: str) -> list[dict[str, str]]:
+    with (Path(results.folder.location) / f"{table}.csv").open() as file:
+        return list(csv.DictReader(file))
+
+
+def test_counts_are_those_of_the_tables(results: Results, numbers: Numbers) -> None:
+    assert (numbers.photos, numbers.people) == (6, 13) == (6, len(rows(results, "people")))
+    assert numbers.pairs == 15 + 1 + 3 == sum(r["distance_m"] != "" for r in rows(results, "pairs"))
+    assert dict(numbers.statuses) == {"ok": 4, "no_camera": 1, "failed": 1}
+    assert ("not a photo that can be read", 1) in numbers.refusals
+    assert sum(n for _, n in numbers.focal_sources) == 5
+    assert numbers.flags == [("the field of view is assumed", 1)]
+
+
+def test_nearest_others_are_each_persons_smallest_distance(results: Results, numbers: Numbers) -> None:
+    nearest: dict[tuple[str, str], float] = {}
+    for row in rows(results, "pairs"):
+        for person in (row["person_a"], row["person_b"]):
+            if row["distance_m"]:
+                key = (row["photo"], person)
+                nearest[key] = min(nearest.get(key, np.inf), float(row["distance_m"]))
+    assert numbers.nearest.n == len(nearest) == 11 and numbers.nearest.n_photos == 3
+    assert numbers.nearest.median_m == pytest.approx(np.median(list(nearest.values())))
+    assert sum(numbers.nearest.counts) == 11 and sum(numbers.every.counts) == 19
+
+
+def test_zone_shares_sum_to_one_and_lie_in_their_intervals(numbers: Numbers) -> None:
+    for distances in (numbers.nearest, numbers.every):
+        assert sum(z.value for z in distances.zones) == pytest.approx(1, abs=1e-6)
+        for share in distances.zones:
+            assert 0 <= share.low <= share.value <= share.high <= 1
+        assert distances.low_m <= distances.median_m <= distances.high_m
+
+
+def test_groups_are_folders(numbers: Numbers) -> None:
+    assert [(g.name, g.photos, g.people) for g in numbers.groups] == [("market", 3, 8), ("park", 3, 5)]
+    assert numbers.groups[0].nearest.n + numbers.groups[1].nearest.n == numbers.nearest.n
+
+
+def test_the_lists_begin_with_the_nearest_and_the_least_certain(numbers: Numbers) -> None:
+    distances = [p.distance_m for p in numbers.nearest_pairs]
+    assert distances == sorted(distances) and len(distances) == 10
+    widths = [(p.high_m - p.low_m) / p.distance_m for p in numbers.uncertain_pairs]
+    assert widths == sorted(widths, reverse=True)
+
+
+@given(st.lists(st.tuples(st.integers(0, 20), st.integers(0, 20)), min_size=2, max_size=30))
+def test_a_share_over_photos_is_a_share(counts: list[tuple[int, int]]) -> None:
+    parts = np.array([a for a, _ in counts], dtype=float)
+    totals = parts + [b for _, b in counts] + 1
+    share = ratio_over_photos(parts, totals)
+    assert share.value == pytest.approx(parts.sum() / totals.sum())
+    assert 0 <= share.low <= share.value + 1e-12 and share.value - 1e-12 <= share.high <= 1
+
+
+def test_the_interval_holds_nine_times_out_of_ten() -> None:
+    random, inside = np.random.default_rng(4), 0
+    for _ in range(400):
+        totals = random.integers(1, 12, 80)
+        rates = random.beta(2, 5, 80)  # photos differ: pairs in one are not independent
+        share = ratio_over_photos(random.binomial(totals, rates).astype(float), totals.astype(float))
+        inside += share.low <= 2 / 7 <= share.high
+    assert 0.85 <= inside / 400 <= 0.94
+
+
+def test_one_photo_has_no_interval() -> None:
+    share = ratio_over_photos(np.array([3.0]), np.array([4.0]))
+    assert share.value == 0.75 and np.isnan(share.low)
+
+
+def test_the_page_needs_nothing_but_itself(results: Results) -> None:
+    path = write_report(results.folder.location, photos=2)
+    text = path.read_text()
+    assert path.name == FILE
+    assert not re.findall(r"""(?:src|href)\s*=\s*["'](?!data:)""", text) and "<script" not in text
+    assert text.count("data:image/jpeg;base64,") == 2 and "SECRET-CAPTION" not in text
+    for heading in ("Distances", "By folder", "Why photos have no distances", "Limits", "How to cite", "What was run"):
+        assert heading in text
+    assert "Heads are pixelated" in text and "ab" * 32 in text
+
+
+def test_corrections_are_in_the_report(tmp_path: Path) -> None:
+    results = make_results(tmp_path)
+    scene = next(iter(results.scenes(["market/two.jpg"])))
+    log = Log(Path(results.folder.location) / LOG_FILE)
+    log.append(scene, "exclude", {"excluded": True, "reason": "a mirror"}, "ada")
+    log.close()
+    text = write_report(results.folder.location, photos=0).read_text()
+    assert "excluded by a reviewer" in text and "excluded in review: a mirror" in text
+    assert "1 photo was corrected by hand" in text
+
+
+def test_names_are_text_not_markup(tmp_path: Path) -> None:
+    name = "<img src=x onerror=alert(1)>\"'.jpg"
+    draw_photo(tmp_path / "photos" / name, people_at(PHOTOS["market/two.jpg"][0], CAMERA))
+    scene = replace(scene_of(tmp_path / "photos" / name, "market/two.jpg"), photo=name)
+    results = write_results(tmp_path / "results", tmp_path / "photos", [scene])
+    text = write_report(results.folder.location, photos=1).read_text()
+    assert "<img src=x" not in text and "&lt;img src=x onerror=alert(1)&gt;" in text
+
+
+def test_a_run_that_found_nobody_still_has_a_report(tmp_path: Path) -> None:
+    draw_photo(tmp_path / "photos" / "market" / "empty.jpg", people_at([], CAMERA))
+    scene = scene_of(tmp_path / "photos" / "market" / "empty.jpg", "market/empty.jpg")
+    results = write_results(tmp_path / "results", tmp_path / "photos", [scene])
+    assert "There is none." in write_report(results.folder.location).read_text()
+
+
+def test_photos_that_are_gone_leave_their_people(tmp_path: Path) -> None:
+    results = make_results(tmp_path)
+    for photo in (tmp_path / "photos").rglob("*.jpg"):
+        photo.unlink()
+    assert "data:image/jpeg" in write_report(results.folder.location, photos=1).read_text()
+
+
+def test_errors_say_what_to_do(results: Results, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(OutputError, match="no results there"):
+        write_report(tmp_path)
+    with pytest.raises(SettingsError, match="folder, country"):
+        write_report(results.folder.location, group_by="mood")
+    with pytest.raises(OutputError, match="cannot be written"):
+        write_report(results.folder.location, tmp_path / "no" / "report.html", photos=0)
+    assert main(["report", str(tmp_path)]) == 2
+    assert len(capsys.readouterr().err.strip().splitlines()) == 1
+    assert main(["report", results.folder.location, "--photos", "0", "--out", str(tmp_path / "r.html")]) == 0
+
+
+@pytest.fixture
+def page(results: Results) -> Iterator[object]:
+    playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+    if not CHROMIUM.exists():
+        pytest.skip(f"no Chromium at {CHROMIUM}: apt-get install chromium, or set CHROMIUM")
+    path = write_report(results.folder.location, photos=2)
+    with playwright.sync_playwright() as running:
+        browser = running.chromium.launch(executable_path=str(CHROMIUM), args=["--no-sandbox", "--disable-gpu"])
+        opened = browser.new_page(viewport={"width": 1100, "height": 900})
+        opened.asked = []
+        opened.on("request", lambda r: opened.asked.append(r.url))
+        opened.problems = []
+        opened.on("console", lambda m: opened.problems.append(m.text))
+        opened.goto(path.as_uri())
+        yield opened
+        browser.close()
+
+
+@pytest.mark.browser
+def test_it_opens_from_the_disk_and_prints(page, tmp_path: Path) -> None:
+    assert [u for u in page.asked if not u.startswith(("file:", "data:"))] == [] and page.problems == []
+    assert page.evaluate("[...document.images].every(i => i.complete && i.naturalWidth > 600)")
+    assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+    content = page.pdf(format="A4")
+    assert content.startswith(b"%PDF") and len(content) > 50_000
+    if os.environ.get("SCREENSHOTS"):
+        page.screenshot(path=f"{os.environ['SCREENSHOTS']}/report.png", full_page=True)
