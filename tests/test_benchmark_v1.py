@@ -17,6 +17,7 @@ from hypothesis import strategies as st
 
 from proxemetry.benchmark import Labels, Prediction, Predictions, read_labels, read_predictions, score, score_files
 from proxemetry.benchmark.assignment import assign
+from proxemetry.benchmark.bootstrap import median_interval, ratio_intervals
 from proxemetry.benchmark.v1 import person_sizes_px
 from proxemetry.errors import LabelsError, SettingsError
 from proxemetry.skeleton import PARTS
@@ -346,3 +347,23 @@ def test_malformed_predictions_are_named(content: str, message: str, tmp_path: P
 def test_unknown_protocol_is_named(tmp_path: Path) -> None:
     with pytest.raises(SettingsError, match="use one of v1, seker2021"):
         score(triangle(tmp_path), answers(tmp_path), "v2")
+
+
+def test_bootstrap_intervals_follow_the_normal_law_where_it_holds() -> None:
+    """2.5 % and 97.5 % of the mean of n values with sd 1 lie 1.96 / sqrt(n) from it, 1.25 times that for the median."""
+    values = np.random.default_rng(1).standard_normal(400)
+    ratio = ratio_intervals({"mean": (values, np.ones(400)), "none": (values, np.zeros(400))}, 400)
+    half = 1.96 * values.std() / 20
+    assert ratio["mean"] == pytest.approx((values.mean() - half, values.mean() + half), abs=0.02)
+    assert all(math.isnan(bound) for bound in ratio["none"])
+    low, high = median_interval(values, np.arange(400), 400)
+    assert low < np.median(values) < high
+    assert high - low == pytest.approx(2 * 1.25 * half, rel=0.35)
+    assert all(math.isnan(bound) for bound in median_interval(np.zeros(0), np.zeros(0, dtype=int), 3))
+
+
+def test_bootstrap_is_the_same_in_pieces(monkeypatch: pytest.MonkeyPatch) -> None:
+    values, photo = np.random.default_rng(2).uniform(0, 9, 50), np.arange(50) % 7
+    whole = median_interval(values, photo, 7), ratio_intervals({"a": (values[:7], np.ones(7))}, 7)
+    monkeypatch.setattr("proxemetry.benchmark.bootstrap._CELLS_AT_ONCE", 3000)
+    assert (median_interval(values, photo, 7), ratio_intervals({"a": (values[:7], np.ones(7))}, 7)) == whole

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from dataclasses import dataclass
 from typing import Any
@@ -71,4 +72,10 @@ def relative_errors(estimated: FloatArray, true: FloatArray) -> FloatArray:
 
 def upper(matrix: FloatArray) -> FloatArray:
     """Return what stands above the diagonal of a square matrix, row by row."""
-    return matrix[np.triu_indices(len(matrix), 1)]
+    return matrix[_above_diagonal(len(matrix))]
+
+
+@functools.cache
+def _above_diagonal(size: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    rows, columns = np.triu_indices(size, 1)
+    return rows, columns

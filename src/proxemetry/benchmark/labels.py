@@ -10,6 +10,7 @@ lie beside them: `settings.csv` (shoot,setting with a header) names the shoots, 
 from __future__ import annotations
 
 import csv
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -114,9 +115,10 @@ def read_labels(folder: str | Path, errata: bool = True) -> Labels:
     photos = {row[2]: (row[0], row[1]) for _, row in _rows(folder / PHOTOS_FILE, 3)}
     marks: dict[str, list[Mark]] = {}
     sizes: dict[str, tuple[int, int]] = {}
-    for line, row in _rows(folder / BODY_FILE, 7):
+    path = folder / BODY_FILE
+    for line, row in _rows(path, 7):
         tag, part, x, y, filename, width, height = row
-        where = f"{folder / BODY_FILE}:{line}"
+        where = f"{path}:{line}"
         if part not in PARTS:
             raise LabelsError(f"{where}: part {part!r} is unknown: use one of {', '.join(PARTS)}")
         marks.setdefault(filename, []).append(Mark(tag, part, _number(x, where), _number(y, where)))
@@ -203,7 +205,7 @@ def _number(text: str, where: str) -> float:
         value = float(text)
     except ValueError:
         value = float("nan")
-    if not np.isfinite(value):
+    if not math.isfinite(value):
         raise LabelsError(f"{where}: {text!r} where a number is expected")
     return value
 

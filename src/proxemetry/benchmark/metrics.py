@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..distances import ZONE_LIMITS_M, ZONES
+from .bootstrap import median_interval, ratio_intervals
 from .image_score import ImageScore, finite, relative_errors
 
 FloatArray = NDArray[np.float64]
@@ -22,8 +23,6 @@ F1_THRESHOLDS_M = (1.0, 1.5, 2.0, 3.0)
 CONSTANT_MM = 1700.0
 #: Edges of the bins of the error over the true distance, millimetres.
 DISTANCE_EDGES_MM = (0.0, 1000.0, 1500.0, 2000.0, 2500.0, 3000.0, 4000.0, math.inf)
-
-_RESAMPLES, _BOOTSTRAP_SEED = 1000, 20210306
 
 
 @dataclass(frozen=True)
@@ -222,9 +221,6 @@ def _baseline(images: Sequence[ImageScore], empty_is_zero: bool) -> float:
 def _bootstrap(images: Sequence[ImageScore], pooled: _Pooled, over_images: bool) -> dict[str, tuple[float, float]]:
     """Return 95 % intervals from photos drawn again with replacement, the same draws for every figure."""
     count = len(images)
-    draws = np.random.default_rng(_BOOTSTRAP_SEED).integers(0, count, (_RESAMPLES, count))
-    weights = np.zeros((_RESAMPLES, count))
-    np.add.at(weights, (np.arange(_RESAMPLES)[:, None], draws), 1.0)
     errors = relative_errors(pooled.estimated_mm, pooled.true_mm)
     bias = (pooled.estimated_mm - pooled.true_mm) / pooled.true_mm * 100
     stated = np.isfinite(pooled.low_mm) & np.isfinite(pooled.high_mm)
@@ -249,9 +245,9 @@ def _bootstrap(images: Sequence[ImageScore], pooled: _Pooled, over_images: bool)
             images, over_images, lambda i: i.false_discovery_rate, lambda i: (i.n_detected - i.n_matched, i.n_detected)
         ),
     }  # fmt: skip
-    answer = {name: _interval(weights @ above, weights @ below) for name, (above, below) in ratios.items()}
-    answer["pair_error_pct_median_over_pairs"] = _median_interval(errors, weights[:, pooled.image])
-    return answer
+    return ratio_intervals(ratios, count) | {
+        "pair_error_pct_median_over_pairs": median_interval(errors, pooled.image, count)
+    }
 
 
 def _parts(
@@ -262,22 +258,3 @@ def _parts(
         return np.array([rate(image) for image in images]), np.ones(len(images))
     above, below = np.array([counts(image) for image in images], dtype=float).T
     return above, below
-
-
-def _interval(above: FloatArray, below: FloatArray) -> tuple[float, float]:
-    values = above[below > 0] / below[below > 0]
-    if not len(values):
-        return math.nan, math.nan
-    low, high = np.quantile(values, (0.025, 0.975))
-    return float(low), float(high)
-
-
-def _median_interval(values: FloatArray, weights: FloatArray) -> tuple[float, float]:
-    """Return the interval of the weighted median over resamples, weights of shape (resamples, n)."""
-    order = np.argsort(values, kind="stable")
-    running = np.cumsum(weights[:, order], axis=1)
-    running = running[running[:, -1] > 0] if len(values) else running[:0]
-    if not len(running):
-        return math.nan, math.nan
-    middle = (running < running[:, -1:] / 2).sum(axis=1)
-    return _interval(values[order][middle], np.ones(len(middle)))

@@ -10,6 +10,9 @@
 
 from __future__ import annotations
 
+import math
+from statistics import median
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -91,10 +94,10 @@ def person_sizes_px(image: LabelImage) -> FloatArray:
         np.linalg.norm(image.parts_px[:, PARTS.index(a)] - image.parts_px[:, PARTS.index(b)], axis=-1) / unit
         for (a, b), unit in _UNITS.items()
     ])  # fmt: skip
-    said = [column[np.isfinite(column)] for column in estimates.T]
-    known = [float(np.median(values)) for values in said if len(values)]
-    usual = float(np.median(known)) if known else image.height * _CLOSE_UP_SHARE
-    sizes = np.array([float(np.median(values)) if len(values) else usual for values in said])
+    said = [[value for value in column if math.isfinite(value)] for column in estimates.T.tolist()]
+    known = [median(values) for values in said if values]
+    usual = median(known) if known else image.height * _CLOSE_UP_SHARE
+    sizes = np.array([median(values) if values else usual for values in said])
     return np.maximum(sizes, 1.0)
 
 
