@@ -23,7 +23,7 @@ from .people import People, PoseBackend
 from .photo import Photo, RGBArray
 from .scene import Provenance, Scene
 
-DEFAULT_METHOD = "combined"
+DEFAULT_METHOD = "scene"
 
 
 @dataclass(frozen=True)

@@ -16,16 +16,21 @@ _MM = 1000.0
 
 
 def prediction_of(scene: Scene) -> Prediction:
-    """Return a scene as a prediction; people who could not be placed stay, without a position."""
+    """Return a scene as a prediction; people who could not be placed stay, without a position.
+
+    Like a results folder it hands on the distances that were stated, where gravity was known: a method that states its
+    uncertainty answers with another distance than that between its best positions.
+    """
     known = scene.width_px > 0 and scene.height_px > 0
+    distances = scene.distances
     return Prediction(
         scene.photo,
         scene.width_px if known else None,
         scene.height_px if known else None,
         np.stack([scene.people.part(part) for part in PARTS], axis=1),
         scene.bodies.positions_m * _MM,
-        None,
-        scene.distances.low_m * _MM,
-        scene.distances.high_m * _MM,
+        distances.distance_m * _MM if distances.on_ground else None,
+        distances.low_m * _MM,
+        distances.high_m * _MM,
         scene.bodies.up,
     )
