@@ -8,9 +8,11 @@ import numpy as np
 import pytest
 
 from proxemetry.camera import Camera
-from proxemetry.locate.self_calibration import WIDEST, calibrate, focal_posterior
+from proxemetry.focal import FocalRequest, estimate_camera
+from proxemetry.locate.self_calibration import WIDEST, calibrate, focal_posterior, with_people
 from proxemetry.locate.verticals import direct_solution, segments_of
 from proxemetry.people import People
+from proxemetry.photo import Photo
 from proxemetry.skeleton import COCO_17
 
 WIDTH, HEIGHT = 1800, 1200
@@ -129,3 +131,19 @@ def test_a_crop_is_not_trusted_to_be_centred() -> None:
     whole, strip = focal_posterior(people, WIDTH, HEIGHT), focal_posterior(people, WIDTH, HEIGHT - 300)
     assert not isinstance(whole, str) and not isinstance(strip, str)
     assert strip.log_sd > 1.5 * whole.log_sd
+
+
+def test_people_stand_between_metadata_and_an_assumption() -> None:
+    photo, people = Photo("scan.tif", WIDTH, HEIGHT, ""), crowd(1500, 20)
+
+    def source(request: FocalRequest, seen: People) -> str | None:
+        camera = with_people(estimate_camera(photo, request), seen, WIDTH, HEIGHT).camera
+        return camera and camera.source.partition(":")[0]
+
+    assert source(FocalRequest(), people) == "people"
+    assert source(FocalRequest(assume_fov_deg=60), people) == "people"
+    assert source(FocalRequest(focal_px=1400), people) == "user"
+    assert source(FocalRequest(assume_fov_deg=60), people[:2]) == "ASSUMED"
+    estimate = with_people(estimate_camera(photo), people[:2], WIDTH, HEIGHT)
+    assert estimate.camera is None
+    assert "no focal length in the photo" in (estimate.reason or "") and "it takes 3" in (estimate.reason or "")

@@ -20,6 +20,7 @@ __all__ = ["ASSUMED", "Camera", "CameraEstimate", "Candidate", "FocalRequest", "
 
 #: The source that every assumption carries.
 ASSUMED = "ASSUMED"
+ASSUMED_FIELD_OF_VIEW = f"{ASSUMED}: field of view"
 
 #: The diagonal of the 36 x 24 mm frame to which the 35 mm equivalent refers.
 _FULL_FRAME_DIAGONAL_MM = math.hypot(36, 24)
@@ -137,7 +138,7 @@ def _candidates(photo: Photo, request: FocalRequest, row: CameraRow | None, fram
     yield from _recorded(photo, frame)
     if request.assume_fov_deg is not None:
         f_px = photo.width / 2 / math.tan(math.radians(request.assume_fov_deg) / 2)
-        yield Candidate(f_px, _ASSUMED_FOV_SD, f"{ASSUMED}: field of view {request.assume_fov_deg:g} degrees")
+        yield Candidate(f_px, _ASSUMED_FOV_SD, f"{ASSUMED_FIELD_OF_VIEW} {request.assume_fov_deg:g} degrees")
 
 
 def _request_of(row: CameraRow, photo: Photo) -> FocalRequest:

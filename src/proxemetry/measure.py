@@ -19,6 +19,7 @@ from .camera import Camera, CameraEstimate
 from .errors import SettingsError
 from .focal import FocalRequest, estimate_camera
 from .locate import METHODS, LocateSettings, method_named
+from .locate.self_calibration import with_people
 from .people import People, PoseBackend
 from .photo import Photo, RGBArray
 from .scene import Provenance, Scene
@@ -174,7 +175,8 @@ def _estimate(
         return camera
     if isinstance(camera, Camera):
         return CameraEstimate(camera)
-    return estimate_camera(photo, settings.focal)
+    estimate = estimate_camera(photo, settings.focal)
+    return with_people(estimate, people, photo.width, photo.height)
 
 
 def _locate(people: People, estimate: CameraEstimate, settings: Settings) -> tuple[Bodies, str, str | None]:

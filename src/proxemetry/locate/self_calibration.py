@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..camera import Camera, CameraEstimate, Candidate
+from ..focal import ASSUMED_FIELD_OF_VIEW
 from ..frame import frame_of
 from ..metadata import Metadata
 from ..people import People
@@ -64,17 +65,35 @@ def calibrate(people: People, width: int, height: int) -> CameraEstimate:
     """
     posterior = focal_posterior(people, width, height)
     if isinstance(posterior, str):
-        return CameraEstimate(None, reason=f"no focal length in the photo, and none from the people: {posterior}")
+        return CameraEstimate(None, reason=f"none from the people: {posterior}")
     count, pitch = int(posterior.upright.sum()), math.degrees(posterior.pitch_rad)
     source = f"people: {count} upright, camera pitched {pitch:.0f} degrees"
     candidate = Candidate(posterior.f_px, posterior.log_sd, source)
     interval = f"{posterior.low_px:.0f} to {posterior.high_px:.0f} px"
     if 1.645 * posterior.log_sd > math.log1p(WIDEST):
-        reason = f"no focal length in the photo, and the people leave it between {interval}: too wide"
+        reason = f"the people leave it between {interval}: too wide"
         return CameraEstimate(None, (candidate,), reason=reason)
     camera = Camera.centred(posterior.f_px, width, height, focal_rel_sd=posterior.log_sd, source=source)
     camera = replace(camera, principal_sd_px=frame_of(width, height, Metadata()).principal_sd_px)
     return CameraEstimate(camera, (candidate,), (f"focal length from the people: {interval}",))
+
+
+def with_people(estimate: CameraEstimate, people: People, width: int, height: int) -> CameraEstimate:
+    """Return an estimate that lacks a focal length with what the people tell of it; any other as it is.
+
+    What the people tell goes before an assumed field of view, which is for photos that nothing else is known of.
+    """
+    assumed = estimate.camera is not None and estimate.camera.source.startswith(ASSUMED_FIELD_OF_VIEW)
+    if estimate.camera is not None and not assumed:
+        return estimate
+    found = calibrate(people, width, height)
+    candidates = (*found.candidates, *estimate.candidates)
+    if found.camera is not None:
+        kept = tuple(flag for flag in estimate.flags if ASSUMED_FIELD_OF_VIEW not in flag)
+        return CameraEstimate(found.camera, candidates, (*kept, *found.flags))
+    if assumed:
+        return replace(estimate, candidates=candidates)
+    return replace(estimate, candidates=candidates, reason=f"{estimate.reason}; {found.reason}")
 
 
 def focal_posterior(people: People, width: int, height: int) -> FocalPosterior | str:
@@ -86,16 +105,19 @@ def focal_posterior(people: People, width: int, height: int) -> FocalPosterior |
     start, agreeing = _consensus(scattered[-1][0])
     if agreeing < 3:
         return "fewer than 3 people agree on how the camera looks"
-    coarse = np.linspace(math.log(F_RANGE[0]), math.log(F_RANGE[1]), 40)
-    coarse_costs, start = _profiles(scattered, coarse, start)
-    fine = np.linspace(start[0] - 0.4, start[0] + 0.4, 33)
-    fine_costs, (best, parameters) = _profiles(scattered, fine, start)
-    outside = (coarse < fine[0]) | (coarse > fine[-1])
-    log_f = np.concatenate([coarse[outside], fine])
-    costs = np.concatenate([coarse_costs[:, outside], fine_costs], axis=1)
-    order = np.argsort(log_f)
-    low, middle, high = _quantiles(log_f[order], costs[:, order])
-    likeliest = scattered[int(np.argmin(fine_costs.min(axis=1)))][0]
+    log_f = np.linspace(math.log(F_RANGE[0]), math.log(F_RANGE[1]), 40)
+    costs, (best, parameters) = _profiles(scattered, log_f, start)
+    low, _, high = _quantiles(log_f, costs)
+    if high - low < 8 * math.log1p(WIDEST):  # else no finer grid makes an answer of it
+        fine = np.linspace(best - 0.4, best + 0.4, 33)
+        fine_costs, (best, parameters) = _profiles(scattered, fine, (best, parameters))
+        outside = (log_f < fine[0]) | (log_f > fine[-1])
+        log_f = np.concatenate([log_f[outside], fine])
+        costs = np.concatenate([costs[:, outside], fine_costs], axis=1)
+        order = np.argsort(log_f)
+        log_f, costs = log_f[order], costs[:, order]
+    low, middle, high = _quantiles(log_f, costs)
+    likeliest = scattered[int(np.argmin(costs.min(axis=1)))][0]
     fits = distances_of(likeliest, np.array([best]), parameters[None])[0][0] < _INLIER
     if fits.sum() < 3:
         return "fewer than 3 people agree on how the camera looks"
