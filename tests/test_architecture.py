@@ -14,6 +14,7 @@ SOURCE = Path(proxemetry.__file__).parent
 #: A module imports only from those above it. Names in one row stand side by side.
 LAYERS = (
     ("errors",),
+    ("packets",),
     ("metadata",),
     ("formats",),
     ("photo",),

@@ -8,30 +8,17 @@ from __future__ import annotations
 
 import math
 import re
-import struct
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
-from xml.etree import ElementTree
+
+from .packets import first, iptc_of, xmp_of
 
 if TYPE_CHECKING:
     from PIL import Image
 
-
 _EXIF_IFD, _GPS_IFD = 0x8769, 0x8825
 #: FocalPlaneResolutionUnit -> units in a millimetre (EXIF 2.32, 4.6.5; 4 and 5 are in use though not in the standard).
 _UNITS_PER_MM = {1: 1 / 25.4, 2: 1 / 25.4, 3: 1 / 10, 4: 1.0, 5: 1000.0}
-_MAX_XMP_BYTES = 4_000_000
-_XMP_PREFIXES = {
-    "http://ns.adobe.com/exif/1.0/": "exif",
-    "http://cipa.jp/exif/1.0/": "exifEX",
-    "http://ns.adobe.com/exif/1.0/aux/": "aux",
-    "http://ns.adobe.com/tiff/1.0/": "tiff",
-    "http://ns.adobe.com/camera-raw-settings/1.0/": "crs",
-    "http://ns.adobe.com/photoshop/1.0/": "photoshop",
-    "http://purl.org/dc/elements/1.1/": "dc",
-    "http://iptc.org/std/Iptc4xmpExt/2008-02-29/": "iptcExt",
-}
-_RDF = "{http://www.w3.org/1999/02/22-rdf-syntax-ns#}"
 
 
 @dataclass(frozen=True)
@@ -107,8 +94,8 @@ def read_metadata(
     """
     remarks: list[str] = []
     exif, gps = _tags(image, with_gps, remarks)
-    xmp = _xmp(image, exif, remarks)
-    iptc = _iptc(image, exif)
+    xmp = xmp_of(image, exif, remarks)
+    iptc = iptc_of(image, exif)
     numbers = _Numbers(exif, xmp, remarks)
     stored = (
         _pixels(numbers.within("stored width", 0xA002, "exif:PixelXDimension", 16, 10**6)),
@@ -128,8 +115,8 @@ def read_metadata(
         stored_width_px=stored[0],
         stored_height_px=stored[1],
         digital_zoom=_zoom(numbers.within("digital zoom", 0xA404, "exif:DigitalZoomRatio", 1, 200)),
-        cropped=_first(xmp, "crs:HasCrop").lower() == "true",
-        lens_corrected=_first(xmp, "crs:LensProfileEnable") == "1",
+        cropped=first(xmp, "crs:HasCrop").lower() == "true",
+        lens_corrected=first(xmp, "crs:LensProfileEnable") == "1",
         raw=raw,
         date=_date(*iptc.get(55, ()), *xmp.get("photoshop:DateCreated", ()), exif.get(0x9003)),
         city=_text(*iptc.get(90, ()), *xmp.get("photoshop:City", ())),
@@ -170,7 +157,7 @@ class _Numbers:
 
     def number(self, tag: int, xmp_name: str) -> float | None:
         value = self.exif.get(tag)
-        return _number(value if value is not None else _first(self.xmp, xmp_name) or None)
+        return _number(value if value is not None else first(self.xmp, xmp_name) or None)
 
     def within(self, what: str, tag: int, xmp_name: str, low: float, high: float) -> float | None:
         """Return the number, or None where it is absent, not a number, or outside [low, high]."""
@@ -221,70 +208,6 @@ def _pixels(value: float | None) -> int | None:
 
 def _zoom(value: float | None) -> float | None:
     return value if value is not None and value > 1.001 else None
-
-
-def _xmp(image: Image.Image, exif: dict[int, Any], remarks: list[str]) -> dict[str, tuple[str, ...]]:
-    """Return the simple properties and lists of an XMP packet as prefix:name -> texts."""
-    packet = image.info.get("xmp") or image.info.get("XML:com.adobe.xmp") or exif.get(700) or b""
-    data = packet.encode("utf-8", "replace") if isinstance(packet, str) else bytes(packet)
-    data = data[data.find(b"<") :].rstrip(b"\0 \r\n\t")
-    # An entity can expand without end, and XMP has no use for one.
-    if not data or len(data) > _MAX_XMP_BYTES or b"<!DOCTYPE" in data or b"<!ENTITY" in data:
-        return {}
-    try:
-        root = ElementTree.fromstring(data)
-    except (ElementTree.ParseError, ValueError, RecursionError, LookupError):
-        remarks.append("XMP is damaged")
-        return {}
-    found: dict[str, tuple[str, ...]] = {}
-    for description in root.iter(f"{_RDF}Description"):
-        for name, value in description.attrib.items():
-            found.setdefault(_prefixed(name), (value,))
-        for element in description:
-            items = tuple(item.text or "" for item in element.iter(f"{_RDF}li"))
-            found.setdefault(_prefixed(element.tag), items or (element.text or "",))
-    return found
-
-
-def _prefixed(name: str) -> str:
-    namespace, _, local = name.rpartition("}")
-    return f"{_XMP_PREFIXES.get(namespace.lstrip('{'), '?')}:{local}"
-
-
-def _first(xmp: dict[str, tuple[str, ...]], name: str) -> str:
-    return next(iter(xmp.get(name, ())), "").strip()
-
-
-def _iptc(image: Image.Image, exif: dict[int, Any]) -> dict[int, tuple[str, ...]]:
-    """Return the datasets of IPTC-IIM record 2 as number -> texts."""
-    resources = image.info.get("photoshop")
-    block = resources.get(0x0404) if isinstance(resources, dict) else exif.get(33723)
-    if isinstance(block, tuple):  # some writers declare the bytes of a TIFF's block as 32-bit integers
-        try:
-            block = struct.pack(f"<{len(block)}I", *block)
-        except struct.error:
-            block = None
-    return _iim(block) if isinstance(block, bytes) else {}
-
-
-def _iim(block: bytes) -> dict[int, tuple[str, ...]]:
-    """Parse IPTC-IIM 4.2 datasets: 0x1C, record, dataset, two bytes of size, content."""
-    found: dict[int, tuple[str, ...]] = {}
-    at, codec = 0, "utf-8"
-    while at + 5 <= len(block) and block[at] == 0x1C:
-        record, dataset, size = struct.unpack(">BBH", block[at + 1 : at + 5])
-        if size & 0x8000:  # extended datasets carry nothing we read
-            break
-        content, at = block[at + 5 : at + 5 + size], at + 5 + size
-        if (record, dataset) == (1, 90) and not content.startswith(b"\x1b%G"):
-            codec = "latin-1"
-        if record == 2 and dataset in (55, 80, 90, 101, 110, 115, 120, 122):
-            try:
-                text = content.decode(codec)
-            except UnicodeDecodeError:
-                text = content.decode("latin-1")
-            found[dataset] = (*found.get(dataset, ()), text)
-    return found
 
 
 def _text(*values: Any) -> str | None:
