@@ -37,7 +37,8 @@ class Recorded:
         self._by_stem = _unless_shared((PurePosixPath(name).stem, r) for name, r in self._by_name.items())
         self._by_number = {r.number: r for r in recordings.photos if r.number is not None}
         self.name = f"recorded:{self._path.name}"
-        self.models: Mapping[str, str] = MappingProxyType({})
+        # A recording stands where other back ends have networks: what it says is what the results were made of.
+        self.models: Mapping[str, str] = MappingProxyType({self._path.name: _digest(self._path)})
         skeletons = {r.people.skeleton.name: r.people.skeleton for r in recordings.photos if len(r.people)}
         if len(skeletons) > 1:
             raise KeypointsError(f"{self._path}: several skeletons in one recording ({', '.join(skeletons)}); split it")
@@ -89,6 +90,17 @@ class Recorded:
         if found is None and (digits := re.search(r"(\d+)$", path.stem)):
             found = self._by_number.get(int(digits[1]))
         return found
+
+
+def _digest(path: Path) -> str:
+    """Return the SHA-256 of a recording: of the file, or of all names and files of a folder."""
+    if path.is_file():
+        with path.open("rb") as file:
+            return hashlib.file_digest(file, "sha256").hexdigest()
+    digest = hashlib.sha256()
+    for file in sorted(p for p in path.rglob("*") if p.is_file()):
+        digest.update(f"{file.relative_to(path).as_posix()}\n{file.stat().st_size}\n".encode() + file.read_bytes())
+    return digest.hexdigest()
 
 
 def open_backend(argument: str, options: PoseOptions) -> Recorded:

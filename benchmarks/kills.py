@@ -1,0 +1,138 @@
+"""Kill a run at random moments, 20 times, and count what is left: every photo exactly once, nothing half written.
+
+    python benchmarks/kills.py [--photos 2000] [--kills 20] [--engine local|ray] [--seed 1]
+
+Worker, parent and both are killed in turn with SIGKILL, over small photos with recorded keypoints. A worker that is
+killed costs the run nothing; after the parent is killed the same command is given again. Linux only (reads /proc).
+Exits with 1 where a photo is missing, double or failed, or anything temporary is left.
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import csv
+import os
+import random
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from collections import Counter
+from pathlib import Path
+
+from recorded_archive import name_of, write_keypoints, write_photos
+
+_WORKER_TITLES = (b"--multiprocessing-fork", b"ray::_Actor")
+
+
+def main() -> int:
+    """Run the benchmark and return the exit code."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--photos", type=int, default=2000)
+    parser.add_argument("--kills", type=int, default=20)
+    parser.add_argument("--engine", default="local")
+    parser.add_argument("--jobs", type=int, default=2)
+    parser.add_argument("--seed", type=int, default=1)
+    args = parser.parse_args()
+    with tempfile.TemporaryDirectory() as scratch:
+        return _run(Path(scratch), args)
+
+
+def _run(folder: Path, args: argparse.Namespace) -> int:
+    photos, out, keypoints = folder / "photos", folder / "out", folder / "keypoints.json"
+    write_photos(photos, args.photos)
+    write_keypoints(keypoints, args.photos)
+    chance = random.Random(args.seed)
+    kills, starts, resumed_at = Counter[str](), 0, list[int]()
+    process, n_parts = None, 0
+    while sum(kills.values()) < args.kills:
+        if process is None or process.poll() is not None:
+            process = _start(photos, out, keypoints, args)
+            starts += 1
+            n_parts = len(_parts(out))
+            resumed_at.append(n_parts)
+        # Mostly in the middle of the work, after some more parts; sometimes while starting, listing or loading.
+        goal, until = n_parts + chance.randrange(1, 6), time.monotonic() + 600
+        if chance.random() < 0.25:
+            until = time.monotonic() + chance.uniform(0.2, 4.0)
+        while process.poll() is None and len(_parts(out)) < goal and time.monotonic() < until:
+            time.sleep(0.002)
+        time.sleep(chance.uniform(0, 0.05))
+        if process.poll() is not None:  # finished before it could be killed: begin anew
+            _check(out, args.photos)
+            subprocess.run(["rm", "-rf", str(out)], check=True)
+            continue
+        n_parts = len(_parts(out))
+        kind = ("worker", "parent", "both")[sum(kills.values()) % 3]
+        if _kill(process.pid, kind, args.engine):
+            kills[kind] += 1
+    if process is not None and process.poll() is None:
+        process.wait()
+    process = _start(photos, out, keypoints, args)
+    code = process.wait()
+    problems = _check(out, args.photos)
+    print(f"{sum(kills.values())} kills ({dict(kills)}), {starts + 1} starts, parts there at each: {resumed_at}")
+    print(
+        f"last exit code {code}; {'; '.join(problems) or f'all {args.photos} photos exactly once, nothing left over'}"
+    )
+    return 1 if problems or code else 0
+
+
+def _start(photos: Path, out: Path, keypoints: Path, args: argparse.Namespace) -> subprocess.Popen[bytes]:
+    return subprocess.Popen(
+        [sys.executable, "-m", "proxemetry", "measure", photos, "--out", out, "--pose", f"recorded:{keypoints}",
+         "--jobs", str(args.jobs), "--engine", args.engine],
+        stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True,
+    )  # fmt: skip
+
+
+def _parts(out: Path) -> list[Path]:
+    return list(out.glob("scenes/part-*.parquet"))
+
+
+def _workers(parent: int, engine: str) -> list[int]:
+    """Return the worker processes of a run; Ray's are found by their title, wherever they hang."""
+    found: list[int] = []
+    for path in Path("/proc").glob("[0-9]*"):
+        with contextlib.suppress(OSError):
+            command = (path / "cmdline").read_bytes()
+            ours = engine == "ray" or f"PPid:\t{parent}\n" in (path / "status").read_text()
+            if ours and any(title in command for title in _WORKER_TITLES):
+                found.append(int(path.name))
+    return found
+
+
+def _kill(parent: int, kind: str, engine: str) -> bool:
+    workers = _workers(parent, engine)
+    victims = {"worker": workers[:1], "parent": [parent], "both": [parent, *workers]}[kind]
+    for victim in victims:
+        with contextlib.suppress(ProcessLookupError):
+            os.kill(victim, signal.SIGKILL)
+    if kind != "worker" and engine == "ray":  # the cluster that the run had started would stay
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(parent, signal.SIGKILL)
+    return bool(victims)
+
+
+def _check(out: Path, count: int) -> list[str]:
+    problems: list[str] = []
+    try:
+        with (out / "photos.csv").open(newline="") as file:
+            rows = list(csv.DictReader(file))
+    except FileNotFoundError:
+        return ["there are no tables"]
+    found = Counter(row["photo"] for row in rows)
+    missing = [name_of(n) for n in range(count) if name_of(n) not in found]
+    double = [name for name, times in found.items() if times > 1]
+    failed = [row["photo"] for row in rows if row["status"] != "ok"]
+    hidden = [str(p) for p in out.rglob("*") if p.name.startswith(".") or p.name.endswith(".tmp")]
+    for what, which in (("missing", missing), ("double", double), ("failed", failed), ("left over", hidden)):
+        if which:
+            problems.append(f"{len(which)} {what}, such as {which[0]}")
+    return problems
+
+
+if __name__ == "__main__":
+    sys.exit(main())
