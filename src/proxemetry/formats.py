@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import io
 import warnings
 from collections.abc import Generator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -41,6 +42,7 @@ _PILLOW_FORMATS = ("JPEG", "PNG", "TIFF", "WEBP", "AVIF", "GIF", "BMP")
 #: What decoding one photo may take. It holds a 108-megapixel JPEG, and keeps a hostile file from taking the machine.
 MEMORY_BUDGET_BYTES = 800_000_000
 _STRIP_PX = 4_000_000
+_RAW_EXIF_BYTES = 64_000_000
 
 
 @dataclass(frozen=True)
@@ -200,30 +202,26 @@ def _raw_header(raw: Any, path: Path, with_names: bool, with_gps: bool) -> Heade
 
 
 def _raw_metadata(raw: Any, path: Path, with_names: bool, with_gps: bool) -> Metadata:
-    """Read the EXIF of a raw file: its own where it is built like a TIFF, else its embedded preview's."""
-    import io
-
+    """Read the EXIF of a raw file: its own where it is built like a TIFF, else its preview's, else LibRaw's word."""
     import rawpy
     from PIL import Image
 
-    def read(source: Any) -> Metadata:
-        with Image.open(source, formats=("TIFF", "JPEG")) as image:
-            return read_metadata(image, with_names=with_names, with_gps=with_gps, raw=True)
-
     found = Metadata(raw=True)
-    for attempt in ("container", "preview"):
+    start = path.read_bytes()[:_RAW_EXIF_BYTES]
+    if start[:2] in (b"II", b"MM"):  # some makers write another number where a TIFF has 42
+        holder = Image.new("L", (1, 1))
+        holder.info["exif"] = (b"II*\0" if start[:2] == b"II" else b"MM\0*") + start[4:]
+        found = read_metadata(holder, with_names=with_names, with_gps=with_gps, raw=True)
+    if found.focal_mm is None:
         try:
-            if attempt == "container":
-                found = read(path)
-            else:
-                thumb = raw.extract_thumb()
-                if thumb.format == rawpy.ThumbFormat.JPEG:
-                    found = read(io.BytesIO(thumb.data))
-        except Exception:  # neither is sure to exist; without them the focal length is simply unknown
-            continue
-        if found.focal_mm is not None:
-            break
-    return found
+            preview = raw.extract_thumb()
+            if preview.format == rawpy.ThumbFormat.JPEG:
+                with Image.open(io.BytesIO(preview.data), formats=("JPEG",)) as image:
+                    found = read_metadata(image, with_names=with_names, with_gps=with_gps, raw=True)
+        except Exception:  # a raw file need not have a preview, nor the preview any EXIF
+            pass
+    focal_mm = float(getattr(getattr(raw, "other", None), "focal_length", 0.0))
+    return found if found.focal_mm is not None or not focal_mm > 0.5 else replace(found, focal_mm=focal_mm)
 
 
 def _raw_pixels(raw: Any, path: Path, long_side_px: int | None) -> RGBArray:

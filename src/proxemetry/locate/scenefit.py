@@ -19,7 +19,7 @@ from .evidence import Evidence, evidence_of
 from .hypotheses import Guesses, body_types, guesses_of, keypoint_precision, log_evidence, rows_of
 from .posterior import Placed, placed_people
 from .projection import DEPTH, FOCAL, HEIGHT, LOG_LENGTHS, N_SHARED, PITCH, PRINCIPAL, ROLL
-from .solver import Fit, Rows, SharedPrior, solve
+from .solver import Fit, Rows, SharedPrior, approach, solve
 from .start import look
 
 FloatArray = NDArray[np.float64]
@@ -33,6 +33,7 @@ TYPICAL_HEIGHT_M, HEIGHT_LOG_SD = 1.55, 0.30
 
 _EXACT = 1e-5
 _LOOSE = 0.25
+_MOST_ITERATIONS = 8
 _REASON = "fewer than two usable joints: nothing shows how large this person appears"
 
 
@@ -89,16 +90,17 @@ def _fit(
     rows = rows_of(guesses, evidence, types, floor_sd, model, scale)
 
     # a looser floor first: people whom the coarse look put off it still find it
-    fit = solve(rows.taken(first).with_floor(_LOOSE), guesses.local[first], start.shared, prior, iterations=4)
-    rows = rows.with_precision(keypoint_precision(evidence, model, _scale(fit.local))[rows.person])
-    fit = solve(rows.taken(first), fit.local, fit.shared, prior, iterations=4)
+    loose = rows.taken(first).with_floor(_LOOSE)
+    local, shared = approach(loose, guesses.local[first], start.shared, prior, iterations=3)
+    rows = rows.with_precision(keypoint_precision(evidence, model, _scale(local))[rows.person])
+    fit = solve(rows.taken(first), local, shared, prior, iterations=_MOST_ITERATIONS)
     for _ in range(2):
         everyone, weight = _weigh(rows, first, guesses, fit, prior)
         best = _best_rows(rows.person, weight, len(usable))
         if (best == first).all():
             break
         first = best
-        fit = solve(rows.taken(first), everyone.local[first], fit.shared, prior, iterations=4)
+        fit = solve(rows.taken(first), everyone.local[first], fit.shared, prior, iterations=_MOST_ITERATIONS)
         guesses.local[:] = everyone.local
     else:
         everyone, weight = _weigh(rows, first, guesses, fit, prior)
@@ -108,12 +110,14 @@ def _fit(
 def _weigh(
     rows: Rows, first: NDArray[np.intp], guesses: Guesses, fit: Fit, prior: SharedPrior
 ) -> tuple[Fit, FloatArray]:
-    """Refine every hypothesis with the camera held, and return the log weight of each besides."""
-    local = guesses.local.copy()
-    local[first] = fit.local
-    everyone = solve(rows, local, fit.shared, prior, iterations=3, shared_moves=False)
-    weight = log_evidence(everyone, rows, guesses.log_prior)
-    return everyone, weight
+    """Refine the other hypotheses with the camera held; return all rows, and the log weight of each besides."""
+    others = np.setdiff1d(np.arange(len(rows)), first)
+    everyone = fit
+    if len(others):
+        local = guesses.local[others]
+        refined = solve(rows.taken(others), local, fit.shared, prior, iterations=3, shared_moves=False)
+        everyone = fit.joined(first, refined, others)
+    return everyone, log_evidence(everyone, rows, guesses.log_prior)
 
 
 def _best_rows(person: NDArray[np.intp], weight: FloatArray, count: int) -> NDArray[np.intp]:

@@ -12,16 +12,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from .projection import FOCAL, HEADING, N_LOCAL, N_SHARED, BodyTables, project
+from .projection import DEPTH, FOCAL, HEADING, N_LOCAL, N_SHARED, BodyTables, project
 
 FloatArray = NDArray[np.float64]
 
 _KEYPOINT_DOF = 5.0
 _FLOOR_DOF = 3.0
 _SHARED_DOF = 3.0
-#: Steps smaller than this end the search; none moves an unknown further than the next, as the model is only locally
-#: linear.
-_SETTLED = 1e-3
+#: Depths and shared unknowns that move by less end the search.
+_SETTLED = 5e-3
+#: No unknown moves further in one step: the model is only locally linear.
 _LOCAL_STEP, _SHARED_STEP = 0.3, 0.12
 
 
@@ -109,6 +109,20 @@ class Fit:
         """The negative log posterior of all."""
         return float(self.row_cost.sum()) + self.shared_cost
 
+    def joined(self, own: NDArray[np.intp], other: Fit, others: NDArray[np.intp]) -> Fit:
+        """Return these rows at the places `own` and another fit's at `others`, the shared unknowns being the same."""
+
+        def both(a: FloatArray, b: FloatArray) -> FloatArray:
+            result = np.empty((len(own) + len(others), *a.shape[1:]))
+            result[own], result[others] = a, b
+            return result
+
+        return replace(
+            self, local=both(self.local, other.local), hessian=both(self.hessian, other.hessian),
+            row_cost=both(self.row_cost, other.row_cost), weights=both(self.weights, other.weights),
+            floor_weight=both(self.floor_weight, other.floor_weight),
+        )  # fmt: skip
+
 
 def solve(
     rows: Rows, local: FloatArray, shared: FloatArray, prior: SharedPrior, *, iterations: int, shared_moves: bool = True
@@ -118,13 +132,30 @@ def solve(
     for _ in range(iterations):
         fit, gradient = _evaluate(rows, local, shared, prior)
         best = fit if best is None else _better(best, fit, shared_moves)
-        local_step, shared_step = _step(fit, gradient, prior, shared_moves)
-        local = local + np.clip(local_step, -_LOCAL_STEP, _LOCAL_STEP)
-        shared = shared + np.clip(shared_step, -_SHARED_STEP, _SHARED_STEP)
-        if max(np.abs(local_step).max(initial=0.0), np.abs(shared_step).max()) < _SETTLED:
+        step = _step(fit, gradient, prior, shared_moves)
+        local, shared, local_step, shared_step = _moved(local, shared, *step)
+        if max(np.abs(local_step[:, DEPTH]).max(initial=0.0), np.abs(shared_step).max()) < _SETTLED:
             break
     fit, _ = _evaluate(rows, local, shared, prior)
     return fit if best is None else _better(best, fit, shared_moves)
+
+
+def approach(
+    rows: Rows, local: FloatArray, shared: FloatArray, prior: SharedPrior, *, iterations: int
+) -> tuple[FloatArray, FloatArray]:
+    """Return local and shared unknowns some steps nearer to an explanation, for another search to begin at."""
+    for _ in range(iterations):
+        local, shared, _, _ = _moved(local, shared, *_step(*_evaluate(rows, local, shared, prior), prior, True))
+    return local, shared
+
+
+def _moved(
+    local: FloatArray, shared: FloatArray, local_step: FloatArray, shared_step: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Return the unknowns after a step of bounded size, and the step."""
+    local_step = np.clip(local_step, -_LOCAL_STEP, _LOCAL_STEP)
+    shared_step = np.clip(shared_step, -_SHARED_STEP, _SHARED_STEP)
+    return local + local_step, shared + shared_step, local_step, shared_step
 
 
 def _better(a: Fit, b: Fit, shared_moves: bool) -> Fit:

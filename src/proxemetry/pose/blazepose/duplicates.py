@@ -22,6 +22,8 @@ _FACE = [0, 2, 5, 7, 8]
 # Two people side by side have a keypoint similarity near 0, two looks at one person above 0.6; a torso whose points
 # lie mostly in the other's silhouette belongs to the other. Both from the measured prototype.
 _SAME_POSE, _INSIDE = 0.45, 0.6
+# Of ten points of head and torso more than eight in the silhouettes of surer people: a mix of these people's parts.
+_MIXED = 0.8
 
 
 def torso_px(candidate: Candidate) -> float:
@@ -45,12 +47,24 @@ def are_same(a: Candidate, b: Candidate) -> bool:
 
 
 def without_duplicates(candidates: list[Candidate], scores: FloatArray) -> list[int]:
-    """Return the rows of those who stay, best score first: nobody is the same as a better one."""
+    """Return the rows of those who stay, best score first: nobody is the same as, or a mix of, surer people."""
     kept: list[int] = []
     for row in np.argsort(-scores, kind="stable"):
-        if not any(are_same(candidates[row], candidates[other]) for other in kept):
+        surer = [candidates[other] for other in kept]
+        if not any(are_same(candidates[row], other) for other in surer) and not _is_mixed(candidates[row], surer):
             kept.append(int(row))
     return kept
+
+
+def agree(first: Candidate, second: Candidate) -> bool:
+    """Return whether two looks at one square show the same pose."""
+    return _similarity(first, second) > _SAME_POSE
+
+
+def _is_mixed(candidate: Candidate, surer: list[Candidate]) -> bool:
+    if len(surer) < 2:
+        return False
+    return bool(np.max([_inside(candidate, other) for other in surer], axis=0).mean() > _MIXED)
 
 
 def _similarity(a: Candidate, b: Candidate) -> float:
@@ -63,6 +77,11 @@ def _similarity(a: Candidate, b: Candidate) -> float:
 
 def _share_inside(a: Candidate, b: Candidate) -> float:
     """Return the share of a's head and torso points that lie in b's silhouette."""
+    return float(_inside(a, b).mean())
+
+
+def _inside(a: Candidate, b: Candidate) -> FloatArray:
+    """Return b's silhouette, 0..1, at ten points of a's head and torso."""
     points = a.keypoints_px
     shoulders, hips = points[_SHOULDERS], points[_HIPS]
     middles = np.stack([shoulders.mean(axis=0), hips.mean(axis=0), np.concatenate([shoulders, hips]).mean(axis=0)])
@@ -71,4 +90,4 @@ def _share_inside(a: Candidate, b: Candidate) -> float:
     cells = np.floor(b.region.from_photo(tested) * side).astype(int)
     inside = ((cells >= 0) & (cells < side)).all(axis=1)
     cells = np.clip(cells, 0, side - 1)
-    return float(np.where(inside, b.mask[cells[:, 1], cells[:, 0]], 0.0).mean())
+    return np.where(inside, b.mask[cells[:, 1], cells[:, 0]], 0.0)

@@ -16,6 +16,7 @@ from .regions import Picture, Region
 FloatArray = NDArray[np.float64]
 
 _JOINTS = len(BLAZEPOSE_33)
+_LEFT_SHOULDER, _RIGHT_SHOULDER, _LEFT_HIP, _RIGHT_HIP = 11, 12, 23, 24
 _POINTS = 39  # 33 joints, 2 points that say where to look next, 4 unused
 _HEAT = 64
 _MASK = 64
@@ -49,6 +50,13 @@ class Candidate:
         """How far the network would rather look from where it looked, in sizes of the square; 0 where content."""
         a, b = self.region, self.next_region
         return math.hypot(a.x - b.x, a.y - b.y) / a.size + abs(math.log(b.size / a.size))
+
+    @property
+    def facing(self) -> complex:
+        """Where the torso faces as exp(i h): h = 0 faces the viewer, positive turns towards the photo's right."""
+        left, right = self.world_m[[_LEFT_SHOULDER, _LEFT_HIP]], self.world_m[[_RIGHT_SHOULDER, _RIGHT_HIP]]
+        across = (left - right).sum(axis=0)
+        return complex(across[0], across[2]) / max(math.hypot(across[0], across[2]), 1e-9)
 
 
 class Landmarks:
