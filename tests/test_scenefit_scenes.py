@@ -1,0 +1,45 @@
+"""The joint fit on made-up scenes that share nothing with it, and on the benchmark's own points where these are."""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+ROOT = Path(__file__).parent.parent
+sys.path.insert(0, str(ROOT / "benchmarks"))
+
+from measured_layouts import drawn_body, photos
+from pair_errors import depth_summary, record, summary
+from street_scenes import street_photos
+from synthetic_detections import Detector
+
+KORTE = ROOT.parent / "shared" / "data" / "korte"
+
+
+@pytest.fixture(scope="module")
+def street():
+    return record(street_photos(10, 3, drawn_body, Detector()), ("scene", "torso"))
+
+
+def test_depths_on_a_street_beat_the_torso_by_far(street):
+    error, bias, deviation = depth_summary(street["scene"])
+    assert error < 6.5  # an adult's unknown stature alone makes 4.6 % (Bertoni et al. 2019)
+    assert error < 0.6 * depth_summary(street["torso"])[0]
+    assert abs(bias) < 4
+    assert 0.6 < deviation < 1.5
+
+
+def test_intervals_hold_on_a_street(street):
+    assert 75 < summary(street["scene"]).coverage_pct <= 100
+
+
+@pytest.mark.skipif(not KORTE.is_dir(), reason="the benchmark's labels are not here")
+def test_measured_places_with_made_up_bodies():
+    some = [photo for k, photo in enumerate(photos(KORTE, 7)) if k % 4 == 0]
+    results = record(some, ("scene", "torso"))
+    fit, torso = summary(results["scene"]), summary(results["torso"])
+    assert fit.mean_error_pct < 18 and fit.mean_error_pct < 0.7 * torso.mean_error_pct
+    assert abs(fit.bias_pct) < 8
+    assert 78 < fit.coverage_pct < 99
+    assert np.isfinite(results["scene"].depth_m).mean() > 0.95
