@@ -6,15 +6,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-ROOT = Path(__file__).parent.parent
-sys.path.insert(0, str(ROOT / "benchmarks"))
+sys.path.insert(0, str(Path(__file__).parent.parent / "benchmarks"))
 
 from measured_layouts import drawn_body, photos
 from pair_errors import depth_summary, record, summary
 from street_scenes import street_photos
 from synthetic_detections import Detector
 
-KORTE = ROOT.parent / "shared" / "data" / "korte"
+KORTE = Path(__file__).parents[2] / "shared" / "data" / "korte"
 
 
 @pytest.fixture(scope="module")
