@@ -39,7 +39,7 @@ def are_same(a: Candidate, b: Candidate) -> bool:
     larger, smaller = max(size_a, size_b), min(size_a, size_b)
     heads = np.linalg.norm(a.keypoints_px[_FACE].mean(axis=0) - b.keypoints_px[_FACE].mean(axis=0))
     shoulders = np.linalg.norm(a.keypoints_px[_SHOULDERS].mean(axis=0) - b.keypoints_px[_SHOULDERS].mean(axis=0))
-    if _similarity(a, b) > _SAME_POSE or (heads < 0.25 * larger and shoulders < 0.45 * larger):
+    if similarity(a, b) > _SAME_POSE or (heads < 0.25 * larger and shoulders < 0.45 * larger):
         return True
     if _share_inside(a, b) > _INSIDE and (smaller / larger < 0.85 or heads < 0.5 * larger):
         return True
@@ -58,7 +58,7 @@ def without_duplicates(candidates: list[Candidate], scores: FloatArray) -> list[
 
 def agree(first: Candidate, second: Candidate) -> bool:
     """Return whether two looks at one square show the same pose."""
-    return _similarity(first, second) > _SAME_POSE
+    return similarity(first, second) > _SAME_POSE
 
 
 def _is_mixed(candidate: Candidate, surer: list[Candidate]) -> bool:
@@ -67,7 +67,7 @@ def _is_mixed(candidate: Candidate, surer: list[Candidate]) -> bool:
     return bool(np.max([_inside(candidate, other) for other in surer], axis=0).mean() > _MIXED)
 
 
-def _similarity(a: Candidate, b: Candidate) -> float:
+def similarity(a: Candidate, b: Candidate) -> float:
     """Return the object keypoint similarity of the 17 common joints, weighted by visibility."""
     scale = 2.2 * min(torso_px(a), torso_px(b))  # sqrt of the body's area, in torsos
     weights = np.minimum(a.visibility, b.visibility)[_COCO] + 1e-3

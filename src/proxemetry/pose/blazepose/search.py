@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .detectors import Boxes, Detector, mean_of_groups, merged, windows_of
+from .duplicates import similarity
 from .landmarks import Candidate, Landmarks
 from .regions import Picture, Region
 
@@ -29,6 +30,8 @@ _FLAG_MINIMUM = 0.2
 # A neighbour's square lies this far aside: people next to each other stand about a shoulder's breadth (a fifth of the
 # square) to an arm's length apart.
 _ASIDE = 0.4
+# Keypoint similarity from which two first looks are the same person: COCO's strict threshold.
+_SAME_PERSON = 0.75
 # Shifts within which the network's own answer moves from look to look (its torso repeats within 2.4 %).
 _JITTER = ((0.03, 0.02, 1.05), (-0.03, -0.02, 1.05), (0.02, -0.03, 0.95), (-0.02, 0.03, 0.95))
 
@@ -125,7 +128,7 @@ class Search:
             first = self._look(proposal.region)
             if first.flag < _FLAG_MINIMUM:
                 continue
-            known = next((s for s in self.sightings if first.next_region.resembles(s.candidate.region)), None)
+            known = next((s for s in self.sightings if _shows(first, s)), None)
             if known is not None:
                 _vote(known, proposal)
                 continue
@@ -202,6 +205,12 @@ def _explains(sighting: Sighting, proposal: Proposal) -> bool:
     known, new = sighting.candidate.region, proposal.region
     near = math.hypot(known.x - new.x, known.y - new.y) < 0.1 * known.size
     return near and abs(math.log(known.size / new.size)) < 0.2
+
+
+def _shows(first: Candidate, known: Sighting) -> bool:
+    """Return whether a first look shows somebody who was found already: a second would end where that one did."""
+    ends_there = first.next_region.resembles(known.candidate.region)
+    return ends_there or similarity(first, known.candidate) > _SAME_PERSON
 
 
 def _vote(sighting: Sighting, proposal: Proposal) -> None:
