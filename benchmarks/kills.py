@@ -14,6 +14,7 @@ import contextlib
 import csv
 import os
 import random
+import shutil
 import signal
 import subprocess
 import sys
@@ -48,7 +49,7 @@ def _run(folder: Path, args: argparse.Namespace) -> int:
     kills, starts, resumed_at = Counter[str](), 0, list[int]()
     process, n_parts = None, 0
     while sum(kills.values()) < args.kills:
-        if process is None or process.poll() is not None:
+        if process is None:
             process = _start(photos, out, keypoints, args)
             starts += 1
             n_parts = len(_parts(out))
@@ -60,15 +61,21 @@ def _run(folder: Path, args: argparse.Namespace) -> int:
         while process.poll() is None and len(_parts(out)) < goal and time.monotonic() < until:
             time.sleep(0.002)
         time.sleep(chance.uniform(0, 0.05))
-        if process.poll() is not None:  # finished before it could be killed: begin anew
-            _check(out, args.photos)
-            subprocess.run(["rm", "-rf", str(out)], check=True)
+        if process.poll() is not None:  # it ended before it could be killed: look, and begin anew
+            problems = _check(out, args.photos)
+            if process.returncode or problems:
+                print(f"a run ended with exit code {process.returncode}; {'; '.join(problems)}")
+                return 1
+            shutil.rmtree(out)
             continue
         n_parts = len(_parts(out))
         kind = ("worker", "parent", "both")[sum(kills.values()) % 3]
         if _kill(process.pid, kind, args.engine):
             kills[kind] += 1
-    if process is not None and process.poll() is None:
+        if kind != "worker":
+            process.wait()
+            process = None
+    if process is not None:
         process.wait()
     process = _start(photos, out, keypoints, args)
     code = process.wait()

@@ -5,7 +5,6 @@ import json
 import os
 import subprocess
 import sys
-from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
@@ -139,8 +138,6 @@ def test_what_cannot_be_done_is_one_line(measure, tmp_path, monkeypatch, argumen
     (tmp_path / "broken.json").write_text('{"images": [')
     monkeypatch.chdir(tmp_path)
     fake = "--pose" not in arguments
-    if any("recorded" in a for a in arguments) and find_spec("proxemetry.pose.recorded") is None:
-        pytest.skip("recorded keypoints are not there yet")
     code, out, err = measure(*arguments, *([] if fake else ["--jobs", "0"]), fake=fake)
     assert code == 2
     assert out == ""
@@ -178,6 +175,28 @@ def test_other_settings_are_refused_by_name_and_restart_begins_anew(measure, tmp
     assert "--restart" in err
     assert measure(tmp_path / "photos", "--method", "torso", "--restart")[0] == 0
     assert {row["method"] for row in table(tmp_path / "out", "people")} == {"torso"}
+
+
+def test_recorded_keypoints_need_no_photos(measure, tmp_path):
+    people = [{"keypoints": [[x + 3 * k, 100 + 9 * k, 0.9] for k in range(17)]} for x in (100, 300)]
+    camera = {"fx": 800, "fy": 800, "cx": 320, "cy": 240}
+    images = [
+        {"filename": f"{name}.jpg", "width": 640, "height": 480, "camera": camera, "people": people} for name in "ab"
+    ]
+    recorded = tmp_path / "keypoints.json"
+    recorded.write_text(json.dumps({"skeleton": "coco17", "images": images}))
+    (tmp_path / "empty").mkdir()
+    for number, paths in enumerate(([], [tmp_path / "empty"])):
+        out = tmp_path / f"out{number}"
+        code, _, err = measure(*paths, "--pose", f"recorded:{recorded}", "--jobs", "0", out=out, fake=False)
+        assert code == 0, err
+        assert [row["photo"] for row in table(out, "photos")] == ["a.jpg", "b.jpg"]
+        assert [row["focal_px"] for row in table(out, "photos")] == ["800.0", "800.0"]
+        assert len(table(out, "people")) == 4
+    recorded.write_text(json.dumps({"skeleton": "coco17", "images": images[:1]}))
+    code, _, err = measure("--pose", f"recorded:{recorded}", "--jobs", "0", out=out, fake=False)
+    assert code == 2  # other keypoints under the same name
+    assert "keypoints.json" in err
 
 
 def test_overlays_lie_beside_the_tables(measure, tmp_path):

@@ -13,6 +13,8 @@ from ..errors import SettingsError
 from ..photo import EXTENSIONS
 from .folder import is_url, local_path, open_filesystem
 
+_ENDINGS = frozenset(ending[1:] for ending in EXTENSIONS)
+
 
 @dataclass(frozen=True)
 class Listing:
@@ -49,8 +51,16 @@ def find_photos(paths: Sequence[str]) -> Listing:
     if not files:
         raise SettingsError(f"{', '.join(paths)}: no photos there ({' '.join(EXTENSIONS)} are looked for)")
     root = os.path.commonpath(roots)
-    names = sorted({os.path.relpath(file, root).replace(os.sep, "/") for file in files})
-    return Listing(root, tuple(names))
+    start = len(root) + (not root.endswith(os.sep))  # all files lie below the root: cutting it off is quick
+    names = {file[start:] for file in files}
+    if os.sep != "/":
+        names = {name.replace(os.sep, "/") for name in names}
+    return Listing(root, tuple(sorted(names)))
+
+
+def has_photos(path: str) -> bool:
+    """Return whether there is anything to find at a path; False only for a local folder without photos."""
+    return is_url(path) or not os.path.isdir(local_path(path)) or bool(_walk(local_path(path)))
 
 
 def _expanded(path: str) -> list[str]:
@@ -78,18 +88,19 @@ def _walk(folder: str) -> list[str]:
     open_folders = [os.path.abspath(folder)]
     while open_folders:
         where = open_folders.pop()
+        prefix = os.path.join(where, "")
         try:
             entries = list(os.scandir(where))
         except OSError as error:
             raise SettingsError(f"{where}: cannot be read ({error.strerror})") from error
-        for entry in entries:
-            if entry.name.startswith("."):
+        for entry in entries:  # a million times in a large archive
+            name = entry.name
+            if name[0] == ".":
                 continue
-            if entry.is_dir():
-                if not entry.is_symlink():  # a link may lead back here
-                    open_folders.append(entry.path)
-            elif entry.name.lower().endswith(EXTENSIONS):
-                found.append(entry.path)
+            if name.rpartition(".")[2].lower() in _ENDINGS and not entry.is_dir():
+                found.append(prefix + name)
+            elif entry.is_dir(follow_symlinks=False):  # a link may lead back here
+                open_folders.append(prefix + name)
     return found
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import platform
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -18,7 +19,7 @@ from .folder import Folder, is_url
 from .identity import Identity, require_same
 from .manifest import Manifest
 from .parts import Counts
-from .photos import Listing, find_photos
+from .photos import Listing, find_photos, has_photos
 from .results import RUN_FILE, Results, forget, write_run
 from .schedule import Progress, Schedule
 from .work import Job
@@ -91,15 +92,17 @@ def _listing(paths: Sequence[str], job: Job) -> Listing | Sequence[str] | None:
     """Return the photos named; those that recorded keypoints name where no photo is; None where nothing is named."""
     if job.pose.startswith("recorded:"):
         backend: PoseBackend = backend_named(job.pose, job.options)
-        if not paths:
+        if not paths or not any(map(has_photos, paths)):
             return list(getattr(backend, "photos", ()))
     if not paths:
         return None
     listing = find_photos(paths)
-    if is_url(job.results):
+    if is_url(job.results) or is_url(listing.root):
         return listing
-    inside = Folder(job.results).location + "/"
-    names = tuple(n for n in listing.names if not listing.location(n).startswith(inside))
+    # Overlays of an earlier run are no photos of the archive.
+    inside = os.path.relpath(Folder(job.results).location, listing.root).replace(os.sep, "/") + "/"
+    inside = "overlays/" if inside == "./" else inside
+    names = tuple(n for n in listing.names if not n.startswith(inside))
     if not names:
         raise SettingsError(f"{', '.join(paths)}: no photos there but those of the results folder")
     return Listing(listing.root, names)
