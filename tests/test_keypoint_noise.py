@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from proxemetry.keypoint_noise import apparent_stature_px, law_of, laws, people_sd_px, sd_px
+from proxemetry.keypoint_noise import NoiseLaw, apparent_stature_px, law_of, laws, people_sd_px, sd_px
 from proxemetry.people import People
 from proxemetry.skeleton import COCO_17, SKELETONS
 
@@ -26,10 +26,11 @@ def test_noise_grows_with_the_body_but_never_faster(joint: str, score: float, bo
 
 
 def test_the_law_in_numbers() -> None:
-    law = law_of("coco17")
-    # score 0.25 to the power -0.5 doubles the relative part: hypot(0.7, 2 * 0.02 * 400) = 16.0 px
-    assert law.score_power == 0.5 and law.floor_px == 0.7
-    assert law.sd_px("left_shoulder", 0.25, 400) == pytest.approx(np.hypot(0.7, 16.0))
+    law = NoiseLaw({"hip": 0.03, "other": 0.5}, {"hip": 0.01, "other": 0.5}, 1.0, 5.0, "made up")
+    # score 0.25 makes the spread four times as large: 400 px * hypot(0.03, 0.04) = 20 px beside the floor's 5 px
+    assert law.sd_px("left_hip", 0.25, 400) == pytest.approx(np.hypot(20, 5))
+    assert law.sd_px("mid_hip", 1.0, 2) == pytest.approx(np.hypot(5, np.hypot(1, 1))), "not listed: as others"
+    assert law.sd_px("right_hip", 0.05, 400) == law.sd_px("right_hip", 0.1, 400), "it was measured above a tenth"
 
 
 def test_a_missing_joint_has_no_noise() -> None:
@@ -39,7 +40,7 @@ def test_a_missing_joint_has_no_noise() -> None:
 def test_unknown_sources_and_joints_get_the_default() -> None:
     assert law_of("no-such-back-end") is laws()["default"]
     assert law_of("no-such-back-end", "body25") is laws()["body25"]
-    assert sd_px("default", "left_thumb", 1.0, 100) == pytest.approx(np.hypot(0.7, 3.0))
+    assert sd_px("default", "left_thumb", 0.5, 100) == sd_px("default", "other", 0.5, 100)
 
 
 def test_every_skeleton_is_listed_and_every_row_says_where_it_is_from() -> None:

@@ -86,13 +86,14 @@ def test_a_crop_shows_what_its_region_holds(x: float, y: float, width: float, as
     assert error.size == 0 or error.max() <= 1.0
 
 
-@given(st.floats(1, 100), st.floats(1, 100), st.floats(0.3, 3), st.floats(1, 2))
-def test_a_persons_region_holds_their_box_in_the_networks_shape(
-    width: float, height: float, aspect: float, padding: float
-) -> None:
-    x0, y0, x1, y1 = person_region((10, 20, 10 + width, 20 + height), aspect, padding)
-    assert (x1 - x0) / (y1 - y0) == pytest.approx(aspect)
-    assert (x0 + x1) / 2 == pytest.approx(10 + width / 2) and (y0 + y1) / 2 == pytest.approx(20 + height / 2)
+@given(st.floats(1, 100), st.floats(1, 100), st.floats(1, 2))
+def test_a_persons_region_holds_their_box_in_the_networks_shape(width: float, height: float, padding: float) -> None:
+    x0, y0, x1, y1 = person_region((10, 20, 10 + width, 20 + height), (192, 256), padding)
+    assert (x1 - x0) / (y1 - y0) == pytest.approx(0.75)
+    # the middle of pixel 96, the input's, shows what lies half a pixel beside the middle of the box
+    step = (x1 - x0) / 192
+    assert x0 + 96.5 * step == pytest.approx(10 + width / 2 + 0.5)
+    assert y0 + 128.5 * step == pytest.approx(20 + height / 2 + 0.5)
     assert x1 - x0 >= width * padding * (1 - 1e-9) and y1 - y0 >= height * padding * (1 - 1e-9)
 
 

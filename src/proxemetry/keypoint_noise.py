@@ -2,11 +2,12 @@
 
 The law, per image axis and with `body_px` the apparent stature (see `apparent_stature_px`):
 
-    sd_px^2 = floor_px^2 + (relative[joint] * score^(-score_power) * body_px)^2
+    sd_px^2 = floor_px^2 + (definition[joint] * body_px)^2 + (spread[joint] * score^(-score_power) * body_px)^2
 
-floor_px is what a photo's own pixels cost, relative[joint] the error of a joint seen with score 1 as a fraction of the
-stature, and score_power how the error grows as a network gets unsure. The table `keypoint_noise.toml` holds the
-numbers with their origin; `benchmarks/keypoint_noise.py` measures them.
+floor_px is what a photo's own pixels cost, definition[joint] how far people differ on where the joint is, spread[joint]
+how much the detector's answer wavers at score 1, both as fractions of the stature, and score_power how that grows as
+it gets unsure. The table `keypoint_noise.toml` holds the numbers with their origin; `benchmarks/keypoint_noise.py`
+measures them.
 """
 
 from __future__ import annotations
@@ -42,11 +43,12 @@ _LIMBS_M = (
 class NoiseLaw:
     """The noise of one back end or skeleton.
 
-    relative: joint name -> fraction of the apparent stature at score 1, one image axis. origin: where the numbers
-    come from.
+    definition, spread: joint name (without its side) -> fraction of the apparent stature, one image axis; what is not
+    listed has that of "other". origin: where the numbers come from.
     """
 
-    relative: Mapping[str, float]
+    definition: Mapping[str, float]
+    spread: Mapping[str, float]
     score_power: float
     floor_px: float
     origin: str
@@ -55,8 +57,10 @@ class NoiseLaw:
         """Return the standard deviation along one image axis, pixels; NaN where the score is 0."""
         scores = np.asarray(score, dtype=float)
         usable = np.where(scores > 0, np.clip(scores, _LOWEST_SCORE, 1.0), np.nan)
-        relative = self.relative.get(joint, self.relative["other"])
-        return np.hypot(self.floor_px, relative * usable**-self.score_power * np.asarray(body_px, dtype=float))
+        kind = joint.removeprefix("left_").removeprefix("right_")
+        definition = self.definition.get(kind, self.definition["other"])
+        spread = self.spread.get(kind, self.spread["other"]) * usable**-self.score_power
+        return np.hypot(self.floor_px, np.hypot(definition, spread) * np.asarray(body_px, dtype=float))
 
 
 #: Below this score a joint is no worse: the power law was measured above it.
@@ -68,11 +72,15 @@ def laws() -> Mapping[str, NoiseLaw]:
     """Return every law of the table by the name of its back end or skeleton."""
     text = importlib.resources.files("proxemetry").joinpath("keypoint_noise.toml").read_text(encoding="utf-8")
     table = tomllib.loads(text)
-    relative = table[DEFAULT_SOURCE]["relative"]
+    default = table[DEFAULT_SOURCE]
     return {
-        name: NoiseLaw({**relative, **row.get("relative", {})}, row["score_power"], row["floor_px"], row["origin"])
+        name: NoiseLaw(
+            {**default["definition"], **row.get("definition", {})},
+            {**default["spread"], **row.get("spread", {})},
+            row["score_power"], row["floor_px"], row["origin"],
+        )
         for name, row in table.items()
-    }
+    }  # fmt: skip
 
 
 def law_of(*sources: str) -> NoiseLaw:

@@ -93,13 +93,20 @@ def _starts(side: int, tile: int, overlap: float) -> list[int]:
 
 
 def person_region(
-    box_px: ArrayLike, aspect: float, padding: float = 1.25
+    box_px: ArrayLike, size: tuple[int, int], padding: float = 1.25
 ) -> tuple[float, float, float, float]:  # fmt: skip
-    """Return the region that a top-down network gets to see of a box: grown by `padding`, width / height `aspect`."""
-    x0, y0, x1, y1 = np.asarray(box_px, dtype=float)
+    """Return the region that a top-down network of input `size` gets to see of a box, grown by `padding`.
+
+    It has the input's shape. Its middle is the box's as the networks' training reads it, counting from the middle of a
+    pixel in the photo and in the input: half of both pixels' difference beside ours, so that answers are comparable to
+    other libraries' to a fraction of a pixel.
+    """
+    x0, y0, x1, y1 = np.asarray(box_px, dtype=float).tolist()
+    aspect = size[0] / size[1]
     width = max(x1 - x0, (y1 - y0) * aspect) * padding
     height = width / aspect
-    centre_x, centre_y = (x0 + x1) / 2, (y0 + y1) / 2
+    aside = (1 - width / size[0]) / 2
+    centre_x, centre_y = (x0 + x1) / 2 + aside, (y0 + y1) / 2 + aside
     return centre_x - width / 2, centre_y - height / 2, centre_x + width / 2, centre_y + height / 2
 
 

@@ -123,7 +123,7 @@ class OnnxBackend:
         size = _size(pose, network)
 
         def cut(box: FloatArray) -> tuple[RGBArray, Placement]:
-            return crop(pixels, person_region(box, size[0] / size[1], pose.padding), size)
+            return crop(pixels, person_region(box, size, pose.padding), size)
 
         crops = network.each([lambda box=box: cut(box) for box in found.boxes_px])
         canvases = np.stack([canvas for canvas, _ in crops])
