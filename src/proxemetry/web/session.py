@@ -79,6 +79,7 @@ class Review:
         self._lock = threading.RLock()
         self._pictures = PictureCache()
         self._measured: OrderedDict[str, Scene] = OrderedDict()
+        self._applied: OrderedDict[tuple[str | int, ...], Scene] = OrderedDict()
         self._orders: OrderedDict[Query, list[int]] = OrderedDict()
         self._load()
 
@@ -106,7 +107,18 @@ class Review:
         return self._measured[photo]
 
     def _scene(self, summary: Summary) -> Scene:
-        return apply(self._measured_scene(summary.photo), self._actions.get(self._key(summary), ()))
+        return self._corrected(self._measured_scene(summary.photo))
+
+    def _corrected(self, scene: Scene) -> Scene:
+        """Return a measured scene with what is in force applied; the fit runs once for the same corrections."""
+        actions = self._actions.get(FileKey.of(scene), ())
+        key = (scene.photo, *(a.number for a in actions))
+        if key not in self._applied:
+            self._applied[key] = apply(scene, actions)
+            while len(self._applied) > _SCENES_KEPT:
+                self._applied.popitem(last=False)
+        self._applied.move_to_end(key)
+        return self._applied[key]
 
     def _summary(self, identity: int) -> Summary:
         if not 0 <= identity < len(self._summaries):
@@ -189,7 +201,7 @@ class Review:
 
     def _take_in(self, identity: int, scene: Scene, actions: list[Action]) -> None:
         self._actions[FileKey.of(scene)] = actions
-        self._summaries[identity] = summary_of(apply(scene, actions))
+        self._summaries[identity] = summary_of(self._corrected(scene))
 
     def picture(self, identity: int, long_side_px: int) -> bytes:
         """Return a photo as JPEG without metadata; raises PhotoError where the file is gone or another one."""
