@@ -30,10 +30,10 @@ LIMITS = (
 )
 
 CITE = (
-    "Cite the software with its version as in CITATION.cff, and the method's origin: Seker, Männistö, Iosifidis and "
-    "Raitoharju, Automatic social distance estimation for photographic studies: Performance evaluation, test "
-    "benchmark, and algorithm, Machine Learning with Applications 10, 2022, doi 10.1016/j.mlwa.2022.100427. State the method, the "
-    "pose back end, where focal lengths came from, and how many photos were corrected or refused."
+    "Cite the software with its version as in CITATION.cff, and the method's origin: Seker, Männistö, Iosifidis "
+    "and Raitoharju, Automatic social distance estimation for photographic studies: Performance evaluation, test "
+    "benchmark, and algorithm, Machine Learning with Applications 10, 2022, doi 10.1016/j.mlwa.2022.100427. State "
+    "the method, the pose back end, where focal lengths came from, and how many photos were corrected or refused."
 )
 
 STYLE = """
