@@ -29,8 +29,14 @@ _KINDS = {".html": "text/html", ".css": "text/css", ".js": "text/javascript", ".
 Handler = Callable[[Request], Awaitable[Response]]
 
 
+#: What is still read, and thrown away, of a body that is too large: beyond it the connection is closed.
+_MOST_IGNORED_BYTES = 2_000_000
+
+
 class _TooLargeError(Exception):
-    pass
+    def __init__(self, limit: int, announced: int | None) -> None:
+        super().__init__(f"more than {limit:,} bytes: this is no photo and no correction")
+        self.hang_up = announced is None or announced > _MOST_IGNORED_BYTES
 
 
 def create_app(review: Review, token: str, hosts: tuple[str, ...]) -> Guard:
@@ -80,10 +86,9 @@ def _answering(handler: Handler) -> Handler:
             return await handler(request)
         except LookupError as error:
             return _error(404, str(error))
-        except _TooLargeError:
+        except _TooLargeError as error:
             # Hanging up is what ends an upload whose sender goes on.
-            text = f"more than {MOST_UPLOAD_BYTES // 1_000_000} MB: a photo is smaller"
-            return JSONResponse({"error": text}, 413, {"Connection": "close"})
+            return JSONResponse({"error": str(error)}, 413, {"Connection": "close"} if error.hang_up else None)
         except PhotoError as error:
             return _error(422, str(error))
         except (ProxemetryError, ValueError) as error:
@@ -171,12 +176,13 @@ def _refuse_constant(name: str) -> Any:
 
 async def _body(request: Request, limit: int) -> bytes:
     """Return a request's body, read no further than the limit whatever its head says of its length."""
-    announced = request.headers.get("content-length", "0")
-    if announced.isdigit() and int(announced) > limit:
-        raise _TooLargeError
+    length = request.headers.get("content-length", "")
+    announced = int(length) if length.isdigit() else None
+    if announced is not None and announced > limit:
+        raise _TooLargeError(limit, announced)
     content = bytearray()
     async for chunk in request.stream():
         content += chunk
         if len(content) > limit:
-            raise _TooLargeError
+            raise _TooLargeError(limit, announced)
     return bytes(content)
