@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from drawn import people_at
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from proxemetry.archive.corrections import FILE, Action, FileKey, Log, apply, corrected_scenes, in_force
@@ -153,6 +153,7 @@ def test_a_correction_of_somebody_who_is_not_there_changes_nothing() -> None:
     assert same is scene
 
 
+@settings(deadline=None)
 @given(st.lists(st.sampled_from(["remove", "note", "exclude", "undo"]), max_size=12))
 def test_undoing_everything_gives_the_measured_scene(kinds: list[str]) -> None:
     scene, log = drawn_scene(), Log(":memory:")

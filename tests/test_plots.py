@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from PIL import Image
 
@@ -55,6 +55,7 @@ def drawn_scene(
 CROWD_M = [(-3.2 + 0.8 * (i % 9), 5.0 + 1.7 * (i // 9) + 0.13 * (i % 4)) for i in range(25)]
 
 
+@settings(deadline=None, max_examples=40)
 @given(st.integers(0, 2**32 - 1), st.integers(1, 40))
 def test_placed_labels_never_overlap_and_stay_inside(seed: int, count: int) -> None:
     random = np.random.default_rng(seed)

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from drawn import people_at
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from reviewing import CAMERA, PHOTOS, draw_photo, make_results, scene_of, write_results
 
@@ -81,6 +81,7 @@ def test_the_lists_begin_with_the_nearest_and_the_least_certain(numbers: Numbers
     assert widths == sorted(widths, reverse=True)
 
 
+@settings(deadline=None)
 @given(st.lists(st.tuples(st.integers(0, 20), st.integers(0, 20)), min_size=2, max_size=30))
 def test_a_share_over_photos_is_a_share(counts: list[tuple[int, int]]) -> None:
     parts = np.array([a for a, _ in counts], dtype=float)
