@@ -102,7 +102,9 @@ def estimate_camera(photo: Photo, request: FocalRequest | None = None) -> Camera
         where = "unknown" if camera.principal_sd_px else "as stated"
         doubts.append(f"cropped ({frame.crop}): principal point {where}")
     camera, lens, doubt = _with_lens(camera, photo, row, frame)
-    return CameraEstimate(camera, candidates, (*flags, *doubts, *([doubt] if doubt else [])), lens=lens)
+    if not chosen.source.startswith(_STATED):  # what is wrong with the metadata is no matter where nobody uses them
+        doubts = [*flags, *doubts]
+    return CameraEstimate(camera, candidates, (*doubts, *([doubt] if doubt else [])), lens=lens)
 
 
 def _with_row(camera: Camera, row: CameraRow) -> Camera:

@@ -33,7 +33,7 @@ FloatArray = NDArray[np.float64]
 _SCATTER = ((0.4, 0.3), (0.8, 0.4), (1.6, 0.3))
 #: Widest central 90 % interval that is still an answer: plus or minus this part of the focal length.
 WIDEST = 0.30
-_ROLL_SD = 0.05
+_ROLL_SD = 0.035  # two degrees
 _TAIL = 5.0  # degrees of freedom of the residuals: one in a dozen people is not as modelled
 _MAX_TRIPLES = 120
 #: A person is part of the explanation where the squared Mahalanobis distance is below this (99 % of a chi-square, 2).
@@ -118,7 +118,7 @@ def focal_posterior(people: People, width: int, height: int) -> FocalPosterior |
         log_f, costs = log_f[order], costs[:, order]
     low, middle, high = _quantiles(log_f, costs)
     likeliest = scattered[int(np.argmin(costs.min(axis=1)))][0]
-    fits = distances_of(likeliest, np.array([best]), parameters[None])[0][0] < _INLIER
+    fits = distances_of(likeliest, best, parameters) < _INLIER
     if fits.sum() < 3:
         return "fewer than 3 people agree on how the camera looks"
     upright = np.zeros(len(people), dtype=bool)
@@ -141,10 +141,11 @@ def _prior_sd(segments: Segments) -> FloatArray:
     return np.array([1.0, _ROLL_SD, 1.5, segments.principal_sd, segments.principal_sd])
 
 
-def _cost(segments: Segments, log_f: FloatArray, parameters: FloatArray) -> FloatArray:
+def _cost(
+    segments: Segments, parameters: FloatArray, residual: FloatArray, precision: FloatArray, log_det: FloatArray
+) -> FloatArray:
     """Return the negative log posterior, shape (G,): Student's t for each person, normal priors."""
-    distance, log_det = distances_of(segments, log_f, parameters)
-    people = (_TAIL + 2) / 2 * np.log1p(distance / _TAIL) + log_det / 2
+    people = (_TAIL + 2) / 2 * np.log1p(mahalanobis(residual, precision) / _TAIL) + log_det / 2
     return people.sum(axis=1) + ((parameters / _prior_sd(segments)) ** 2).sum(axis=1) / 2
 
 
@@ -153,20 +154,23 @@ def _refined(
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return parameters, costs and half log determinants of the Hessian after reweighted, damped Gauss-Newton."""
     information = np.diag(1 / _prior_sd(segments) ** 2)
-    cost, damping = _cost(segments, log_f, parameters), np.full(len(log_f), 1e-3)
+    residual, jacobian, precision, log_det = residuals_of(segments, log_f, parameters)
+    cost, damping = _cost(segments, parameters, residual, precision, log_det), np.full(len(log_f), 1e-3)
     hessian = np.broadcast_to(information, (len(log_f), 5, 5))
     for _ in range(iterations):
-        residual, jacobian, covariance = residuals_of(segments, log_f, parameters)
-        weight = (_TAIL + 2) / (_TAIL + mahalanobis(residual, covariance))
-        weighted = np.linalg.solve(covariance, jacobian) * weight[..., None, None]
+        weight = (_TAIL + 2) / (_TAIL + mahalanobis(residual, precision))
+        weighted = (precision @ jacobian) * weight[..., None, None]
         hessian = np.einsum("gnij,gnik->gjk", jacobian, weighted) + information
         slope = np.einsum("gnij,gni->gj", weighted, residual) + parameters @ information
         damped = hessian + damping[:, None, None] * np.einsum("gii->gi", hessian)[:, :, None] * np.eye(5)
         trial = parameters - np.linalg.solve(damped, slope[..., None])[..., 0]
-        trial_cost = _cost(segments, log_f, trial)
+        tried = residuals_of(segments, log_f, trial)
+        trial_cost = _cost(segments, trial, tried[0], tried[2], tried[3])
         better = trial_cost < cost
-        parameters = np.where(better[:, None], trial, parameters)
-        cost = np.where(better, trial_cost, cost)
+        parameters, cost = np.where(better[:, None], trial, parameters), np.where(better, trial_cost, cost)
+        residual = np.where(better[:, None, None], tried[0], residual)
+        jacobian = np.where(better[:, None, None, None], tried[1], jacobian)
+        precision = np.where(better[:, None, None, None], tried[2], precision)
         damping = np.where(better, damping / 5, damping * 5)
     return parameters, cost, np.linalg.slogdet(hessian)[1] / 2
 
@@ -192,7 +196,7 @@ def _profile(segments: Segments, log_f: FloatArray, start: tuple[float, FloatArr
         fan = np.tile(start[1], (len(log_f), 1))
         fan[:, 0], fan[:, 1] = math.radians(degrees), 0.0
         starts.append(fan)
-    costs = np.stack([_cost(segments, log_f, s) for s in starts])
+    costs = np.stack([_refined(segments, log_f, s, iterations=0)[1] for s in starts])
     chosen = np.argsort(costs, axis=0)[:2]
     begin = np.stack(starts)[chosen, np.arange(len(log_f))].reshape(-1, 5)
     parameters, cost, half_log_det = (
@@ -222,5 +226,5 @@ def _consensus(segments: Segments) -> tuple[tuple[float, FloatArray], int]:
     log_f, parameters = np.array([s[0] for s in solved]), np.stack([s[1] for s in solved])
     parameters, cost, _ = _refined(segments, log_f, parameters, iterations=4)
     best = int(np.argmin(cost))
-    distance, _ = distances_of(segments, log_f[best : best + 1], parameters[best : best + 1])
-    return (float(log_f[best]), parameters[best]), int((distance[0] < _INLIER).sum())
+    agreeing = distances_of(segments, float(log_f[best]), parameters[best]) < _INLIER
+    return (float(log_f[best]), parameters[best]), int(agreeing.sum())

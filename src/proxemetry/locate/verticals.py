@@ -26,7 +26,7 @@ STATURE_CV = 0.046
 LEAN_SD = 0.02
 #: Lengths from the ankle, as parts of the stature (ANSUR II: eye height .936, acromion .821, malleolus .040).
 _EYES_ABOVE_ANKLE, _SHOULDERS_ABOVE_ANKLE = 0.895, 0.775
-_PRINCIPAL_SD = 0.01  # of the long side, for a photo that is no crop
+_PRINCIPAL_SD = 0.005  # of the long side, for a photo that is no crop
 
 
 @dataclass(frozen=True)
@@ -124,38 +124,42 @@ def _predicted(
 
 def residuals_of(
     segments: Segments, log_f: FloatArray, parameters: FloatArray
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return residuals (G, N, 2), their Jacobian (G, N, 2, 5) and their covariance (G, N, 2, 2)."""
-    step, upright = 1e-5, np.zeros(2)
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Return residuals (G, N, 2), Jacobian (G, N, 2, 5), precision (G, N, 2, 2), log determinant of its inverse (G, N).
 
-    def predicted(
-        changed: FloatArray = parameters, feet: FloatArray = segments.feet, tilt: FloatArray = upright
-    ) -> FloatArray:
-        return _predicted(segments, log_f, changed, feet, tilt)
-
-    at = predicted()
-    jacobian = np.stack([(predicted(parameters + step * e) - at) / step for e in np.eye(5)], axis=-1)
-    by_foot = np.stack([(predicted(feet=segments.feet + step * e) - at) / step for e in np.eye(2)], axis=-1)
-    by_lean = np.stack([(predicted(tilt=step * e) - at) / step for e in np.eye(2)], axis=-1)
+    The inverse of the precision has the noise of foot and top in it, lean, and how much statures differ.
+    """
+    step, upright, steps = 1e-5, np.zeros(2), np.eye(2) * 1e-5
+    moved = np.concatenate([parameters, *(parameters + step * e for e in np.eye(5))])
+    at, *by_parameter = _predicted(segments, np.tile(log_f, 6), moved, segments.feet, upright).reshape(
+        6, len(log_f), -1, 2
+    )
+    by_foot = [_predicted(segments, log_f, parameters, segments.feet + e, upright) for e in steps]
+    by_lean = [_predicted(segments, log_f, parameters, segments.feet, e) for e in steps]
+    jacobian = (np.stack(by_parameter, axis=-1) - at[..., None]) / step
     spread = np.concatenate(
         [
-            by_foot * segments.feet_sd[:, None, None], by_lean * segments.lean_sd, jacobian[..., 2:3] * STATURE_CV,
-            np.broadcast_to(np.eye(2) * segments.tops_sd[:, None, None], (*at.shape, 2)),
+            (np.stack(by_foot, axis=-1) - at[..., None]) * (segments.feet_sd[:, None, None] / step),
+            (np.stack(by_lean, axis=-1) - at[..., None]) * (segments.lean_sd / step),
+            jacobian[..., 2:3] * STATURE_CV,
         ],
         axis=-1,
-    )  # fmt: skip
-    return at - segments.tops, jacobian, spread @ np.swapaxes(spread, -1, -2)
+    )
+    covariance = spread @ np.swapaxes(spread, -1, -2) + np.eye(2) * segments.tops_sd[:, None, None] ** 2
+    determinant = covariance[..., 0, 0] * covariance[..., 1, 1] - covariance[..., 0, 1] ** 2
+    adjugate = covariance[..., ::-1, ::-1] * np.array([[1.0, -1.0], [-1.0, 1.0]])
+    return at - segments.tops, jacobian, adjugate / determinant[..., None, None], np.log(determinant)
 
 
-def distances_of(segments: Segments, log_f: FloatArray, parameters: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return squared Mahalanobis distances and log determinants of the covariance, both of shape (G, N)."""
-    residual, _, covariance = residuals_of(segments, log_f, parameters)
-    return mahalanobis(residual, covariance), np.log(np.linalg.det(covariance))
+def distances_of(segments: Segments, log_f: float, parameters: FloatArray) -> FloatArray:
+    """Return everybody's squared Mahalanobis distance from where one camera would show them, shape (N,)."""
+    residual, _, precision, _ = residuals_of(segments, np.array([log_f]), parameters[None])
+    return mahalanobis(residual, precision)[0]
 
 
-def mahalanobis(residual: FloatArray, covariance: FloatArray) -> FloatArray:
+def mahalanobis(residual: FloatArray, precision: FloatArray) -> FloatArray:
     """Return the squared Mahalanobis distances, shape (G, N), of residuals (G, N, 2)."""
-    return np.einsum("gni,gni->gn", residual, np.linalg.solve(covariance, residual[..., None])[..., 0])
+    return np.einsum("gni,gnij,gnj->gn", residual, precision, residual)
 
 
 def direct_solution(segments: Segments, rows: NDArray[np.intp]) -> tuple[float, FloatArray] | None:
