@@ -91,3 +91,12 @@ def test_wrong_shapes_are_refused():
         People(COCO_17, np.zeros((2, 17, 2)), np.zeros((1, 17)))
     with pytest.raises(KeypointsError, match="boxes_px"):
         People(COCO_17, np.zeros((2, 17, 2)), np.zeros((2, 17)), boxes_px=np.zeros((1, 4)))
+
+
+def test_one_visible_shoulder_stands_for_the_shoulders_centre():
+    people = people_at([(0, 0, 5)], CAMERA)
+    scores = people.scores.copy()
+    scores[0, COCO_17.index("left_shoulder")] = 0
+    one = People(COCO_17, people.keypoints_px, scores)
+    assert one.part("Shoulder")[0] == pytest.approx(one.joint("right_shoulder")[0])
+    assert np.isnan(one.part("Torso")).all()

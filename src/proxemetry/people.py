@@ -120,14 +120,15 @@ class People:
     def part(self, name: str) -> FloatArray:
         """Return the pixels of one of the benchmark's parts, shape (P, 2), NaN where unseen (see `skeleton.PARTS`).
 
-        Eyes: middle of both eyes, or the one that is seen. Shoulder: middle of the shoulders. Torso: middle of neck
+        Eyes: middle of both eyes, or the one that is seen. Shoulder: middle of the shoulders, or the one
+        that is seen. Torso: middle of neck
         and mid-hip. Head: middle of the ears, else the mean of what is seen of nose, eyes and ears.
         """
         if name == "Eyes":
             return _first_seen(self.joint("eyes_centre"), self._mean_of("left_eye", "right_eye"))
         if name == "Shoulder":
             pair = (self.joint("left_shoulder") + self.joint("right_shoulder")) / 2
-            return _first_seen(pair, self.joint("neck"))
+            return _first_seen(pair, self.joint("neck"), self._mean_of("left_shoulder", "right_shoulder"))
         if name == "Torso":
             return (self.joint("neck") + self.joint("mid_hip")) / 2
         if name == "Head":
