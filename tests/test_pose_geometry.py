@@ -83,7 +83,8 @@ def test_a_crop_shows_what_its_region_holds(x: float, y: float, width: float, as
     reach = np.maximum(1.0, 1 / np.array(placement.scale)) * 2 + 1
     inside = ((source > reach) & (source < 255 - reach)).all(axis=-1)
     error = np.abs(drawn[..., :2].astype(float) - source)[inside]
-    assert error.size == 0 or error.max() <= 1.0
+    # Shrinking and drawing each round to whole grey values, and OpenCV places pixels to 1/32.
+    assert error.size == 0 or error.max() <= 0.5 + 0.5 + 1 / 32
 
 
 @given(st.floats(1, 100), st.floats(1, 100), st.floats(1, 2))

@@ -46,7 +46,7 @@ class Tab:
         self.page = self.context.new_page()
         self.outside: list[str] = []
         self.problems: list[str] = []
-        self.page.set_default_timeout(15_000)
+        self.page.set_default_timeout(60_000)  # a machine that does other things besides
         self.page.on("request", self._asked)
         self.page.on("pageerror", lambda error: self.problems.append(str(error)))
         self.page.on("console", lambda m: m.type == "error" and "422" not in m.text and self.problems.append(m.text))
