@@ -38,7 +38,7 @@ setup: .venv/.ready
 	touch $@
 
 # Needs `uv`; the answer is for every platform and Python from 3.11.
-LOCK := uv pip compile --universal --python-version 3.11 --generate-hashes --no-header --quiet --upgrade
+LOCK := uv pip compile --universal --python-version 3.11 --generate-hashes --no-header --quiet $(LOCKARGS)
 lock:
 	$(LOCK) --extra all pyproject.toml -o requirements.lock
 	$(LOCK) --extra all --extra cluster --group test --group browser --group cluster --group docs -c requirements.lock pyproject.toml -o requirements-dev.lock
