@@ -104,7 +104,8 @@ def main() -> None:
     """Write all pictures."""
     IMAGES.mkdir(exist_ok=True)
     with tempfile.TemporaryDirectory() as root, sync_playwright() as playwright:
-        results, photos = f"{root}/results", Path(root) / "photos"
+        os.chdir(root)  # the page shows the folder as it is given: a reader's own, not this machine's
+        results, photos = "results", Path("photos")
         recorded = draw_photos(photos)
         code = proxemetry(["measure", str(photos), "--out", results, "--pose", f"recorded:{recorded}", "--jobs", "1"])
         if code == 2:
@@ -113,7 +114,7 @@ def main() -> None:
             executable_path=os.environ.get("CHROMIUM", "/usr/bin/chromium"), args=["--no-sandbox", "--disable-gpu"]
         )
         page = browser.new_page(viewport={"width": 1280, "height": 800})
-        page.goto(write_report(results, photos=2).as_uri())
+        page.goto(write_report(results, photos=2).resolve().as_uri())
         keep(page, "report")
         show_review(page, results)
         browser.close()

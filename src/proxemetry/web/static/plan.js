@@ -4,6 +4,7 @@ import { metres, svg } from "./elements.js";
 import { place } from "./placement.js";
 
 const STEPS = [1, 2, 5, 10, 20, 50, 100, 200, 500];
+const CAPTION_PX = 26; // the caption lies here: no number under it
 
 export class Plan {
   constructor(host, on) {
@@ -78,7 +79,7 @@ export class Plan {
     }
     for (let y = Math.ceil(y0 / step) * step; (y - y0) * scale < height; y += step) {
       const v = height - (y - y0) * scale;
-      group.append(svg("line", { class: "grid", x1: 0, y1: v, x2: width, y2: v }), svg("text", { class: "gridtext", x: 2, y: v - 2, text: y }));
+      group.append(svg("line", { class: "grid", x1: 0, y1: v, x2: width, y2: v }), v < CAPTION_PX ? "" : svg("text", { class: "gridtext", x: 2, y: v - 2, text: y }));
     }
     return group;
   }
