@@ -76,7 +76,9 @@ function dropAgain() {
 
 function head() {
   const folder = about.mode === "drop" ? "dropped photos" : about.folder;
-  document.getElementById("where").textContent = `${folder} · reviewing as ${about.who}${about.blind ? ", blind" : ""}`;
+  const where = document.getElementById("where");
+  where.title = folder;
+  where.textContent = `${folder.split(/[\\/]/).filter(Boolean).pop() ?? folder} · reviewing as ${about.who}${about.blind ? ", blind" : ""}`;
   document.getElementById("export").hidden = about.mode === "drop";
   document.getElementById("nav-agreement").hidden = about.mode === "drop";
 }
