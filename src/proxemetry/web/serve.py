@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import importlib
 import secrets
 import socket
+import threading
 import webbrowser
 from collections.abc import Callable
 
@@ -28,12 +30,19 @@ def serve(review: Review, *, port: int = 0, open_browser: bool = True, tell: Cal
         app = create_app(review, token, (f"{ADDRESS}:{chosen}", f"localhost:{chosen}"))
         address = f"http://{ADDRESS}:{chosen}/?token={token}"
         tell(address)
+        threading.Thread(target=_warm_up, daemon=True).start()
         if open_browser:
             webbrowser.open(address)
         config = uvicorn.Config(app, log_level="error", access_log=False, server_header=False, lifespan="off")
         uvicorn.Server(config).run(sockets=[listener])
     finally:
         listener.close()
+
+
+def _warm_up() -> None:
+    """Load what a first correction needs while the first page is still being read: it takes more than a second."""
+    importlib.import_module("proxemetry.locate.scenefit")
+    importlib.import_module("cv2")
 
 
 def _listener(port: int) -> socket.socket:
