@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 from .camera import Camera, CameraEstimate, Candidate
 from .camera_table import CameraRow, CameraTable
 from .errors import SettingsError
-from .frame import Frame, frame_of
+from .frame import SD_OF_90, Frame, frame_of
 from .photo import Photo
 
 __all__ = ["ASSUMED", "Camera", "CameraEstimate", "Candidate", "FocalRequest", "estimate_camera"]
@@ -32,8 +32,6 @@ _ASSUMED_EQUIVALENT_SD = 0.1
 _ASSUMED_FOV_SD = 0.2
 #: How the sources of what is stated begin.
 _STATED = ("user", "camera table")
-#: The central 90 % of a normal distribution ends this many standard deviations out.
-_SD_OF_90 = 1.645
 
 
 @dataclass(frozen=True)
@@ -240,7 +238,7 @@ def _settle_zoom(photo: Photo, candidates: tuple[Candidate, ...]) -> tuple[Candi
         else:
             settled = tag
     else:
-        settled = replace(tag, rel_sd=math.hypot(tag.rel_sd, math.log(zoom) / _SD_OF_90))
+        settled = replace(tag, rel_sd=math.hypot(tag.rel_sd, math.log(zoom) / SD_OF_90))
     return tuple(settled if c is tag else c for c in candidates)
 
 
@@ -263,7 +261,7 @@ def _weigh(photo: Photo, candidates: tuple[Candidate, ...], frame: Frame) -> tup
             shift = min(room, 0.3 * max(photo.width, photo.height))
             frame = replace(frame, crop="sensor implied by the focal plane resolution", principal_sd_px=shift)
         if chosen.rel_sd > 0:  # what is stated in pixels is a calibration, and stands
-            sd = max(sd, math.hypot(chosen.rel_sd, apart / _SD_OF_90))
+            sd = max(sd, math.hypot(chosen.rel_sd, apart / SD_OF_90))
     return replace(chosen, rel_sd=sd), frame, doubts
 
 

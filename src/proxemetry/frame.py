@@ -16,7 +16,7 @@ _CAMERA_CROP_SD = {"16:9": 0.04, "1:1": 0.12}
 _EDITOR_CROP_SD = 0.2
 _EDITOR_CROP_SHIFT = 0.1
 #: The central 90 % of a normal distribution ends this many standard deviations out.
-_SD_OF_90 = 1.645
+SD_OF_90 = 1.645
 
 
 @dataclass(frozen=True)
@@ -82,7 +82,7 @@ def _crop_of(width: int, height: int, stored: tuple[int, int]) -> Frame:
     """
     smallest = max(width / stored[0], height / stored[1])
     scale = max(1.0, smallest)
-    scale_sd = math.log(scale / smallest) / _SD_OF_90
+    scale_sd = math.log(scale / smallest) / SD_OF_90
     full = (stored[0] * scale, stored[1] * scale)
     room = math.hypot(full[0] - width, full[1] - height) / math.sqrt(2)
     return Frame(

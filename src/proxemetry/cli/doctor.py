@@ -9,6 +9,7 @@ from ..archive.photos import find_photos
 from ..camera import CameraEstimate
 from ..errors import PhotoError
 from ..focal import estimate_camera
+from ..frame import SD_OF_90
 from ..photo import Photo
 from . import DONE, NOTHING_DONE, SOME_FAILED
 from .camera_options import add_camera_options, focal_request
@@ -21,7 +22,6 @@ _EXAMPLES = """examples:
 The line with the arrow is the one that measuring would use; the interval is the central 90 %. Exit codes: 0 done;
 1 some photos cannot be read; 2 none can.
 """
-_SD_OF_90 = 1.645
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -68,11 +68,11 @@ def lines_of(photo: Photo, estimate: CameraEstimate) -> list[str]:
         chosen = camera is not None and candidate.source == camera.source
         rel_sd = camera.focal_rel_sd if camera is not None and chosen else candidate.rel_sd
         lines.append(
-            f"  {'->' if chosen else '  '} {candidate.focal_px:8.0f} px  +-{100 * _SD_OF_90 * rel_sd:3.0f} %  "
+            f"  {'->' if chosen else '  '} {candidate.focal_px:8.0f} px  +-{100 * SD_OF_90 * rel_sd:3.0f} %  "
             f"{candidate.source}"
         )
     if camera is not None and camera.principal_sd_px:
-        lines.append(f"  principal point: the middle, +-{_SD_OF_90 * camera.principal_sd_px:.0f} px")
+        lines.append(f"  principal point: the middle, +-{SD_OF_90 * camera.principal_sd_px:.0f} px")
     if estimate.lens is not None:
         lines.append(f"  distortion: {estimate.lens}")
     lines += [f"  doubt: {flag}" for flag in estimate.flags]

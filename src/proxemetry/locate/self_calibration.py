@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from ..camera import Camera, CameraEstimate, Candidate
 from ..focal import ASSUMED_FIELD_OF_VIEW
-from ..frame import frame_of
+from ..frame import SD_OF_90, frame_of
 from ..metadata import Metadata
 from ..people import People
 from .verticals import F_RANGE, Segments, direct_solution, distances_of, mahalanobis, residuals_of, segments_of
@@ -70,7 +70,7 @@ def calibrate(people: People, width: int, height: int) -> CameraEstimate:
     source = f"people: {count} upright, camera pitched {pitch:.0f} degrees"
     candidate = Candidate(posterior.f_px, posterior.log_sd, source)
     interval = f"{posterior.low_px:.0f} to {posterior.high_px:.0f} px"
-    if 1.645 * posterior.log_sd > math.log1p(WIDEST):
+    if SD_OF_90 * posterior.log_sd > math.log1p(WIDEST):
         reason = f"the people leave it between {interval}: too wide"
         return CameraEstimate(None, (candidate,), reason=reason)
     camera = Camera.centred(posterior.f_px, width, height, focal_rel_sd=posterior.log_sd, source=source)
@@ -124,7 +124,7 @@ def focal_posterior(people: People, width: int, height: int) -> FocalPosterior |
     upright = np.zeros(len(people), dtype=bool)
     upright[segments.rows[fits]] = True
     f_px, low_px, high_px = (math.exp(value) * segments.long_side_px for value in (middle, low, high))
-    return FocalPosterior(f_px, low_px, high_px, (high - low) / (2 * 1.645), float(parameters[0]), upright)
+    return FocalPosterior(f_px, low_px, high_px, (high - low) / (2 * SD_OF_90), float(parameters[0]), upright)
 
 
 def _quantiles(log_f: FloatArray, costs: FloatArray) -> tuple[float, float, float]:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from ..archive.folder import Folder
 from ..archive.parts import attached, quoted
+from ..archive.summary import Share
 from ..distances import ZONES
 from ..errors import SettingsError
 
@@ -31,15 +32,6 @@ _SE_90 = 1.6449
 
 #: Histogram: edges in metres; everything beyond the last is one bar.
 BIN_M, BINS = 0.5, 20
-
-
-@dataclass(frozen=True)
-class Share:
-    """A share with its central 90 % interval over photos (pairs in one photo are not independent)."""
-
-    value: float
-    low: float
-    high: float
 
 
 @dataclass(frozen=True)

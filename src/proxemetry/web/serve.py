@@ -40,9 +40,8 @@ def serve(review: Review, *, port: int = 0, open_browser: bool = True, tell: Cal
 
 
 def _warm_up() -> None:
-    """Load what a first correction needs while the first page is still being read: it takes more than a second."""
+    """Load what a first correction needs while the first page is still being read."""
     importlib.import_module("proxemetry.locate.scenefit")
-    importlib.import_module("cv2")
 
 
 def _listener(port: int) -> socket.socket:
