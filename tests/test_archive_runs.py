@@ -199,6 +199,20 @@ def test_results_give_scenes_back(tmp_path):
     assert results.missing_shards() == []
 
 
+def test_tables_that_would_be_the_same_are_left_alone(tmp_path):
+    photos = write_photos(tmp_path / "photos", 2)
+    run([str(photos)], job(tmp_path / "out"), jobs=0)
+    pairs = tmp_path / "out" / "pairs.csv"
+    before = pairs.stat().st_mtime_ns, pairs.read_bytes()
+    run([str(photos)], job(tmp_path / "out"), jobs=0)
+    assert (pairs.stat().st_mtime_ns, pairs.read_bytes()) == before
+    run([str(photos)], job(tmp_path / "out"), jobs=0, safe_distance_m=2.0)
+    assert rows(tmp_path / "out")[0]["safe_distance_m"] == "2.0"
+    pairs.unlink()
+    run([str(photos)], job(tmp_path / "out"), jobs=0, safe_distance_m=2.0)
+    assert pairs.read_bytes() == before[1]
+
+
 def test_a_folder_without_results_is_refused(tmp_path):
     with pytest.raises(OutputError, match="no results there"):
         Results.open(tmp_path)

@@ -2,13 +2,21 @@
 
 import csv
 import math
+from collections import Counter
 from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from small_photos import write_photos
 
+from proxemetry.archive.corrections import FILE, Log
 from proxemetry.archive.results import Results
-from proxemetry.archive.summary import _group, summarise
+from proxemetry.archive.run import run
+from proxemetry.archive.sampling import Sample
+from proxemetry.archive.summary import _groups, summarise
+from proxemetry.archive.work import Job
 from proxemetry.cli import main
 from proxemetry.distances import ZONES, zone_of
 from proxemetry.errors import OutputError, SettingsError
@@ -22,9 +30,11 @@ def results_of(folder, photos, pairs):
     duck = duckdb.connect()
     duck.execute(
         "CREATE TABLE photos (photo VARCHAR, sha256 VARCHAR, date VARCHAR, country VARCHAR, n_people INTEGER, "
-        "status VARCHAR)"
+        "status VARCHAR, n_pairs INTEGER)"
     )
-    duck.executemany("INSERT INTO photos VALUES (?, ?, ?, ?, ?, ?)", [(*p, "ok")[:6] for p in photos])
+    with_pairs = Counter(p for p, d in pairs if d is not None)
+    listed = [(*(*p, "ok")[:6], with_pairs[p[0]]) for p in photos]
+    duck.executemany("INSERT INTO photos VALUES (?, ?, ?, ?, ?, ?, ?)", listed)
     zones = ", ".join(f"p_{z} DOUBLE" for z in ZONES)
     duck.execute(f"CREATE TABLE pairs (photo VARCHAR, distance_m DOUBLE, {zones})")
     rows = [(p, d, *(float(zone_of(math.nan if d is None else d) == z) for z in ZONES)) for p, d in pairs]
@@ -70,6 +80,29 @@ def test_photos_that_a_reviewer_excluded_do_not_count(tmp_path):
     assert group.n_photos == 1
 
 
+def test_pairs_find_their_photos_by_place_as_by_name(tmp_path, monkeypatch):
+    photos = write_photos(tmp_path / "photos", 7)
+    (photos / "02 text.jpg").write_text("not a photo")
+    job = Job(str(tmp_path / "out"), "python:small_photos:two_people")
+    run([str(photos)], job, jobs=0)
+    results = Results.open(tmp_path / "out")
+    log = Log(tmp_path / "out" / FILE)
+    third = list(results.scenes())[3]
+    log.append(third, "exclude", {"excluded": True, "reason": "a painting"}, "ann")
+    log.close()
+    assert not results.tables_are_current()
+    run([str(photos)], job, jobs=0)
+    assert results.tables_are_current()
+    assert results.tables_belong_together()
+    by_place = summarise(results, ["folder"])
+    monkeypatch.setattr(Results, "tables_belong_together", lambda self: False)
+    by_name = summarise(results, ["folder"])
+    assert repr(by_place.groups) == repr(by_name.groups)  # NaN is not itself
+    assert by_place.distance_m.tolist() == by_name.distance_m.tolist()
+    assert sum(g.n_pairs for g in by_place.groups) == 6
+    assert sum(g.n_photos for g in by_place.groups) == 7
+
+
 def test_copies_count_once_where_asked_for(small):
     assert summarise(small, distinct=True).groups[0].n_photos == 3
 
@@ -82,10 +115,12 @@ def test_unknown_groupings_and_unfinished_folders_are_refused(small, tmp_path):
         summarise(small)
 
 
-def columns_of(distances, photo):
-    order = np.argsort(distances)
-    distances = np.asarray(distances, dtype=float)[order]
-    return {"distance_m": distances, "row": np.asarray(photo)[order], **{f"p_{z}": np.zeros(len(order)) for z in ZONES}}
+def group_of(distances, photo):
+    """Return the figures of one group: metres of pairs, and the photo of each."""
+    zeros = np.zeros(len(distances))
+    columns = {"distance_m": np.asarray(distances, dtype=float), "row": np.asarray(photo), "group": zeros.astype(int)}
+    (group,) = _groups([(10, 20)], {**columns, **{f"p_{z}": zeros for z in ZONES}})
+    return group
 
 
 def test_intervals_hold_what_they_promise():
@@ -97,7 +132,7 @@ def test_intervals_hold_what_they_promise():
         pairs_each = random.integers(1, 7, 60)
         photo = np.repeat(np.arange(60), pairs_each)
         distances = 1.219 * np.exp(random.normal(0, 0.4, 60)[photo] + random.normal(0, 0.2, len(photo)))
-        group = _group((), 60, 0, columns_of(distances, photo))
+        group = group_of(distances, photo)
         low = group.zones[2].low + group.zones[3].low
         near_low, near_high = 1 - (group.zones[2].high + group.zones[3].value), 1 - low
         in_share += near_low <= truth <= near_high
@@ -106,11 +141,39 @@ def test_intervals_hold_what_they_promise():
     assert 0.85 <= in_median / 400 <= 0.95
 
 
+@given(st.lists(st.tuples(st.integers(0, 3), st.integers(0, 4), st.floats(0.1, 20)), max_size=40))
+def test_many_groups_at_once_are_each_group_alone(pairs):
+    # group, photo in it, metres: the closed forms for a single group, spelled with numpy's own quantiles
+    pairs = sorted(pairs)
+    group, photo = (np.array([p[k] for p in pairs], dtype=int) for k in (0, 1))
+    metres = np.array([p[2] for p in pairs])
+    sample = Sample(group, photo, 4)
+    shares, medians = sample.shares(metres < 1.5), sample.medians(metres)
+    for g in range(4):
+        mine, where = metres[group == g], photo[group == g]
+        n = len(set(where))
+        assert (sample.size[g], sample.n_photos[g]) == (len(mine), n)
+        if not len(mine):
+            assert all(math.isnan(v[g]) for v in (shares.value, shares.low, medians.value, medians.high))
+            continue
+        assert medians.value[g] == pytest.approx(np.quantile(mine, 0.5))
+        assert shares.value[g] == pytest.approx(np.mean(mine < 1.5))
+        if n < 2:
+            assert math.isnan(shares.low[g]) and math.isnan(medians.low[g])
+            continue
+        below = mine <= medians.value[g]
+        sums = [np.sum(below[where == p] - below.mean()) for p in set(where)]
+        sd = math.sqrt(n / (n - 1) * np.sum(np.square(sums))) / len(mine)
+        ends = np.quantile(mine, np.clip([0.5 - 1.6448536 * sd, 0.5 + 1.6448536 * sd], 0, 1))
+        assert [medians.low[g], medians.high[g]] == pytest.approx(ends, rel=1e-5)
+        assert 0 <= shares.low[g] <= shares.value[g] + 1e-9 <= shares.high[g] + 2e-9 <= 1 + 2e-9
+
+
 def test_one_photo_tells_no_interval_and_nobody_is_not_certainty():
-    alone = _group((), 1, 2, columns_of([1.0, 2.0, 3.0], [0, 0, 0]))
+    alone = group_of([1.0, 2.0, 3.0], [0, 0, 0])
     assert math.isnan(alone.zones[2].low)
     assert math.isnan(alone.median_m.low)
-    none_near = _group((), 10, 20, columns_of(np.full(10, 2.0), range(10)))
+    none_near = group_of(np.full(10, 2.0), range(10))
     assert none_near.zones[0].value == 0
     assert 0.1 < none_near.zones[0].high < 0.4  # ten photos without one: Wilson's 21 %
     assert none_near.zones[2].high == pytest.approx(1)

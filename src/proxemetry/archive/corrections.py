@@ -6,6 +6,7 @@ correction back is an entry too, and the database itself refuses anything else. 
 
 from __future__ import annotations
 
+import hashlib
 import json
 import sqlite3
 import threading
@@ -135,6 +136,19 @@ def by_file(actions: Iterable[Action]) -> dict[FileKey, list[Action]]:
     for action in actions:
         found[FileKey.of(action)].append(action)
     return dict(found)
+
+
+def digest(location: str | Path) -> str | None:
+    """Return the SHA-256 of all entries of a results folder's log, None where nothing was ever corrected."""
+    path = Path(location) / FILE
+    if not path.exists():
+        return None
+    log = Log(path)
+    try:
+        entries = [repr((a.number, a.time, a.who, a.photo, a.sha256, a.action, a.value)) for a in log.actions()]
+    finally:
+        log.close()
+    return hashlib.sha256("\n".join(entries).encode()).hexdigest()
 
 
 def corrected_scenes(

@@ -88,6 +88,12 @@ class Folder:
         except OSError as error:
             raise OutputError(f"{self.path(name)}: cannot be read ({error.strerror or error})") from error
 
+    def exists(self, name: str) -> bool:
+        """Return whether there is such a file."""
+        return (
+            bool(self._remote.exists(self.path(name))) if self._remote is not None else os.path.exists(self.path(name))
+        )
+
     def write(self, name: str, content: bytes) -> None:
         """Write a whole file, replacing what was there."""
         with self.writing(name) as temporary:

@@ -4,21 +4,29 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+import tempfile
+from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from .. import __version__
 from ..errors import OutputError
 from ..scene import Scene
 from ..tables import TABLES, codebook_csv, safe_distance_columns
 from . import manifest, parts
-from .corrections import corrected_scenes
+from .corrections import FILE as LOG_FILE
+from .corrections import corrected_scenes, digest
 from .folder import Folder, is_url
+from .identity import SETTINGS_SHA256
 from .parts import attached, quoted, record_of, structure
 
 RUN_FILE = "run.json"
 TABLE_FORMATS = ("csv", "parquet")
+
+#: Key of the Parquet tables' metadata that says of which state of the results they were made.
+_MADE_OF = "proxemetry_made_of"
 
 
 @dataclass(frozen=True)
@@ -70,11 +78,22 @@ class Results:
 
     def corrected(self) -> dict[str, Scene]:
         """Return the scenes that a person corrected, by photo, with the corrections applied to what was measured."""
-        if is_url(self.folder.location):  # the log is a database beside the results: a local file
-            return {}
-        return corrected_scenes(
-            self.folder.location, lambda photos: parts.scenes(self.folder, photos, with_copies=photos is not None)
-        )
+        with self._beside_log() as location:
+            return corrected_scenes(
+                location, lambda photos: parts.scenes(self.folder, photos, with_copies=photos is not None)
+            )
+
+    @contextmanager
+    def _beside_log(self) -> Generator[str]:
+        """Yield the folder of the log of corrections, which is brought here for the while from behind a URL."""
+        if not is_url(self.folder.location):
+            yield self.folder.location
+            return
+        with tempfile.TemporaryDirectory(prefix="proxemetry-") as scratch:
+            content = self.folder.read(LOG_FILE)
+            if content is not None:
+                Path(scratch, LOG_FILE).write_bytes(content)
+            yield scratch
 
     def write_tables(
         self, safe_distance_m: float | None = None, target: Folder | None = None, formats: Sequence[str] = TABLE_FORMATS
@@ -85,13 +104,43 @@ class Results:
         """
         target = target or self.folder
         duck = self.view()
+        made_of = f"KV_METADATA {{{_MADE_OF}: {quoted(self._state(safe_distance_m))}}}"
         for table in TABLES:
             query = table_query(table, safe_distance_m)
             for form in formats:
-                options = "FORMAT csv, HEADER" if form == "csv" else "FORMAT parquet, COMPRESSION zstd"
+                options = "FORMAT csv, HEADER" if form == "csv" else f"FORMAT parquet, COMPRESSION zstd, {made_of}"
                 with target.writing(f"{table}.{form}") as temporary:
                     duck.execute(f"COPY ({query}) TO {quoted(temporary)} ({options})")
         target.write("codebook.csv", codebook_csv().encode())
+
+    def tables_are_current(self, safe_distance_m: float | None = None) -> bool:
+        """Return whether all tables are there and hold what `write_tables` would write now."""
+        there = all(self.folder.exists(f"{table}.{form}") for table in TABLES for form in TABLE_FORMATS)
+        return there and self._made_of(*TABLES) == {self._state(safe_distance_m)}
+
+    def tables_belong_together(self) -> bool:
+        """Return whether photos and pairs (the Parquet files) were written of one state of the results."""
+        made_of = self._made_of("photos", "pairs")
+        return len(made_of) == 1 and None not in made_of
+
+    def _made_of(self, *tables: str) -> set[str | None]:
+        """Return what the Parquet tables say that they were made of."""
+        query = f"SELECT decode(value) FROM parquet_kv_metadata($path) WHERE decode(key) = '{_MADE_OF}'"
+        duck = attached(self.folder)
+        rows = [duck.execute(query, {"path": self.folder.path(f"{t}.parquet")}).fetchone() for t in tables]
+        return {None if row is None else row[0] for row in rows}
+
+    def _state(self, safe_distance_m: float | None) -> str:
+        """Return what tables written now are made of. Parts are never written twice: their number tells them."""
+        with self._beside_log() as location:
+            state = {
+                "version": __version__,
+                "settings": self.run.get("metadata", {}).get(SETTINGS_SHA256),
+                "parts": len(parts.finished(self.folder)),
+                "corrections": digest(location),
+                "safe_distance_m": safe_distance_m,
+            }
+        return json.dumps(state, separators=(",", ":"))
 
     def view(self) -> Any:
         """Return a DuckDB in which `table_query` finds the rows of all parts, corrections applied."""

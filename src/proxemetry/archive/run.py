@@ -171,7 +171,8 @@ def _concluded(folder: Folder, listed: Manifest, counts: Counts, safe_distance_m
     outcome = Outcome(counts, len(listed), len(parts.finished(folder)), listed.n_shards)
     if outcome.complete:
         results = Results(folder)
-        results.write_tables(safe_distance_m)
+        if not results.tables_are_current(safe_distance_m):  # of a million photos it takes minutes
+            results.write_tables(safe_distance_m)
         fields = results.run
         if fields.get("safe_distance_m") != safe_distance_m:
             write_run(folder, {**fields, "safe_distance_m": safe_distance_m})

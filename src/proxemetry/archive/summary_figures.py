@@ -11,6 +11,7 @@ import numpy as np
 from ..distances import ZONE_LIMITS_M, ZONES
 from ..errors import SettingsError
 from ..plots import save
+from .grouping import UNKNOWN
 from .summary import Summary
 
 if TYPE_CHECKING:
@@ -118,4 +119,4 @@ def over_time(summary: Summary, time: int) -> Figure:
 
 
 def _label(key: tuple[str | None, ...]) -> str:
-    return ", ".join("unknown" if k is None else k for k in key)
+    return ", ".join(UNKNOWN if k is None else k for k in key)

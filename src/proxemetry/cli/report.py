@@ -7,7 +7,7 @@ import importlib.util
 
 from ..errors import SettingsError
 from ..plots.faces import FACES
-from ..report import GROUPS, write_report
+from ..report import write_report
 
 _EXAMPLES = """examples:
   proxemetry report results                           writes results/report.html, heads pixelated
@@ -22,7 +22,10 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("results", metavar="DIR", help="results folder of `proxemetry measure`")
     parser.add_argument("--out", metavar="FILE", help="where to write the page (default: DIR/report.html)")
     parser.add_argument("--faces", choices=FACES, default="blur", help="pixelate heads in the figures (default: blur)")
-    parser.add_argument("--group-by", choices=tuple(GROUPS), default="folder", help="what to compare photos by")
+    parser.add_argument(
+        "--group-by", default="folder", metavar="WHAT",
+        help="compare photos by folder, year, month, country or another column of photos.csv (default: folder)",
+    )  # fmt: skip
     parser.add_argument("--photos", type=int, default=6, metavar="N", help="figures in the sample (default: 6)")
 
 

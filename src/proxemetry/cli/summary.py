@@ -10,8 +10,9 @@ from pathlib import Path
 from typing import IO, Any
 
 from ..archive.folder import Folder
+from ..archive.grouping import GROUPINGS, UNKNOWN
 from ..archive.results import Results
-from ..archive.summary import GROUPINGS, Summary, summarise
+from ..archive.summary import Summary, summarise
 from ..distances import ZONES
 from . import DONE
 
@@ -77,7 +78,7 @@ def _print(summary: Summary) -> None:
     header = [*summary.by, "photos", "people", "pairs", "median m", *ZONES]
     lines = [
         [
-            *("unknown" if k is None else k for k in group.key),
+            *(UNKNOWN if k is None else k for k in group.key),
             str(group.n_photos), str(group.n_people), str(group.n_pairs),
             _bracketed(group.median_m, "{:.2f}"), *(_bracketed(zone, "{:.0%}") for zone in group.zones),
         ]

@@ -13,10 +13,10 @@ from ..errors import OutputError, ProxemetryError, SettingsError
 from ..photo import Photo
 from ..plots.faces import FACES
 from ..scene import Scene
-from .numbers import GROUPS, count
+from .numbers import count
 from .page import page
 
-__all__ = ["FILE", "GROUPS", "write_report"]
+__all__ = ["FILE", "write_report"]
 
 #: Name of the report in a results folder.
 FILE = "report.html"
@@ -36,8 +36,9 @@ def write_report(
     """Write the report of a results folder and return its path, `report.html` in the folder where `out` is None.
 
     The folder's tables are written anew first, so that corrections are in. faces: "blur" pixelates the heads of who
-    was found. group_by: one of `GROUPS`. photos: how many figures; listed: how many of the nearest and least certain
-    pairs. Raises OutputError where there are no results or the page cannot be written, SettingsError for options.
+    was found. group_by: year, month, folder or a column of the photos table. photos: how many figures; listed: how
+    many of the nearest and least certain pairs. Raises OutputError where there are no results or the page cannot be
+    written, SettingsError for options.
     """
     if faces not in FACES:
         raise SettingsError(f"--faces {faces!r} is unknown: use one of {', '.join(FACES)}")

@@ -11,21 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..archive.folder import Folder
+from ..archive.grouping import UNKNOWN, sql_of
 from ..archive.parts import attached, quoted
 from ..archive.summary import Share
 from ..distances import ZONES
-from ..errors import SettingsError
 
 FloatArray = NDArray[np.float64]
-
-#: What photos may be grouped by -> the SQL for it, in columns of the photos table.
-GROUPS = {
-    "folder": r"CASE WHEN contains(photo, '/') THEN regexp_replace(photo, '/[^/]*$', '') ELSE '' END",
-    "country": "country",
-    "city": "city",
-    "source": "source",
-    "year": "left(date, 4)",
-}
 
 #: Half width of a central 90 % interval in standard errors.
 _SE_90 = 1.6449
@@ -99,14 +90,13 @@ class Numbers:
 
 def count(folder: Folder, group_by: str, n_sample: int, n_listed: int) -> Numbers:
     """Return the numbers of a results folder whose tables are up to date; raises SettingsError for `group_by`."""
-    if group_by not in GROUPS:
-        raise SettingsError(f"--group-by {group_by!r} is unknown: use one of {', '.join(GROUPS)}")
+    key = sql_of(group_by)
     duck = attached(folder)
     for table in ("photos", "people", "pairs"):
         path = quoted(folder.path(f"{table}.parquet"))
         duck.execute(f"CREATE OR REPLACE TEMP VIEW report_{table} AS SELECT * FROM read_parquet({path})")
     duck.execute(
-        f"CREATE OR REPLACE TEMP TABLE report_groups AS SELECT photo, coalesce({GROUPS[group_by]}, '') AS name "
+        f"CREATE OR REPLACE TEMP TABLE report_groups AS SELECT photo, coalesce({key}::VARCHAR, '{UNKNOWN}') AS name "
         "FROM report_photos WHERE status != 'excluded'"
     )
     duck.execute(_NEAREST)

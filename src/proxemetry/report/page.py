@@ -112,7 +112,7 @@ def _by_group(groups: Sequence[Group], group_by: str) -> str:
     if len(groups) < 2:
         return ""
     rows = "".join(
-        f"<tr><th scope='row'>{escape(g.name) or '(none)'}</th><td>{g.photos:,}</td><td>{g.people:,}</td>"
+        f"<tr><th scope='row'>{escape(g.name)}</th><td>{g.photos:,}</td><td>{g.people:,}</td>"
         f"<td>{_median(g.nearest)}</td>"
         f"<td>{zone_bar(g.nearest.zones, f'zones of {g.name}')}</td></tr>"
         for g in groups

@@ -1,0 +1,123 @@
+"""What a sample of photos tells of all: shares and medians of their pairs, for many groups of photos at once.
+
+Pairs of one photo are not independent, so photos are what is sampled: intervals are those of a ratio over clusters
+(linearised variance, Cochran 1977, section 6.4), Wilson's for shares with the sample size that has this variance,
+Woodruff's for medians (Woodruff 1952). Without loops: an archive may have a group a folder.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+#: Intervals are the central 90 %, as everywhere.
+_Z = 1.6448536269514722
+
+
+@dataclass(frozen=True, eq=False)
+class Estimates:
+    """A figure of each group and the central 90 % of where it may lie, shape (G,) each; NaN where unknown."""
+
+    value: FloatArray
+    low: FloatArray
+    high: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Sample:
+    """Pairs by group and photo. group: shape (n,), numbers from 0 that never fall. photo: shape (n,), any numbers.
+
+    A photo's pairs stand together in each group.
+    """
+
+    group: IntArray
+    photo: IntArray
+    n_groups: int
+
+    @cached_property
+    def size(self) -> IntArray:
+        """How many pairs each group has."""
+        return np.bincount(self.group, minlength=self.n_groups)
+
+    @cached_property
+    def start(self) -> IntArray:
+        """Where each group begins."""
+        return np.cumsum(self.size) - self.size
+
+    @cached_property
+    def _cluster(self) -> IntArray:
+        """The pairs' photos, numbered from 0 and anew in each group."""
+        if not len(self.group):
+            return self.group
+        begins = (np.diff(self.photo) != 0) | (np.diff(self.group) != 0)
+        return np.concatenate([[0], np.cumsum(begins)])
+
+    @cached_property
+    def _group_of_cluster(self) -> IntArray:
+        group = np.zeros(self._cluster[-1] + 1 if len(self._cluster) else 0, dtype=np.int64)
+        group[self._cluster] = self.group
+        return group
+
+    @cached_property
+    def n_photos(self) -> IntArray:
+        """How many photos each group has."""
+        return np.bincount(self._group_of_cluster, minlength=self.n_groups)
+
+    def means(self, values: FloatArray) -> FloatArray:
+        """Return the mean of values, shape (n,), in each group; NaN in an empty one."""
+        with np.errstate(invalid="ignore"):
+            return np.bincount(self.group, weights=values, minlength=self.n_groups) / self.size
+
+    def _ratios(self, hits: NDArray[np.bool_]) -> tuple[FloatArray, FloatArray]:
+        """Return the share of hits and its standard deviation, NaN for that with fewer than two photos."""
+        share = self.means(hits.astype(float))
+        residual = np.bincount(self._cluster, weights=hits - share[self.group])
+        squares = np.bincount(self._group_of_cluster, weights=residual**2, minlength=self.n_groups)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            sd = np.sqrt(self.n_photos / (self.n_photos - 1) * squares) / self.size
+        return share, np.where(self.n_photos < 2, np.nan, sd)
+
+    def shares(self, hits: NDArray[np.bool_]) -> Estimates:
+        """Return the share of pairs that `hits`, shape (n,), picks."""
+        share, sd = self._ratios(hits)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            # Nobody or everybody: no variance to see, so no more is claimed than as many photos can tell.
+            size: Any = np.where(sd > 0, share * (1 - share) / sd**2, self.n_photos)
+            middle = (share + _Z**2 / (2 * size)) / (1 + _Z**2 / size)
+            half = _Z / (1 + _Z**2 / size) * np.sqrt(share * (1 - share) / size + _Z**2 / (4 * size**2))
+        known = np.isfinite(sd)
+        low, high = np.maximum(0.0, middle - half), np.minimum(1.0, middle + half)
+        return Estimates(share, np.where(known, low, np.nan), np.where(known, high, np.nan))
+
+    def medians(self, values: FloatArray) -> Estimates:
+        """Return the median of values, its interval read off where the distribution's own share is certain."""
+        ordered = self._ordered(values)
+        median = self._quantiles(ordered, np.full(self.n_groups, 0.5))
+        _, sd = self._ratios(values <= median[self.group])
+        low, high = (self._quantiles(ordered, np.clip(0.5 + side * _Z * sd, 0, 1)) for side in (-1, 1))
+        return Estimates(median, low, high)
+
+    def _ordered(self, values: FloatArray) -> FloatArray:
+        ordered = values.copy()
+        for start, size in zip(self.start, self.size, strict=True):
+            ordered[start : start + size].sort()
+        return ordered
+
+    def _quantiles(self, ordered: FloatArray, level: FloatArray) -> FloatArray:
+        """Return a quantile of each group, linear between its values; level: shape (G,), NaN where there is none."""
+        known = np.isfinite(level) & (self.size > 0)
+        place = np.where(known, level, 0.0) * np.maximum(self.size - 1, 0)
+        below = np.floor(place).astype(np.int64)
+        above = np.minimum(below + 1, np.maximum(self.size - 1, 0))
+        found = np.full(self.n_groups, np.nan)
+        at, part = self.start[known], (place - below)[known]
+        low, high = ordered[at + below[known]], ordered[at + above[known]]
+        found[known] = low + (high - low) * part
+        return found
