@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from network_files import constant_network, dots, joints_network, yolox_detector
 
 from proxemetry.errors import ModelError, SettingsError
-from proxemetry.photo import Photo
-from proxemetry.pose import PoseOptions, backend_named
+from proxemetry.photo import Photo, RGBArray
+from proxemetry.pose import PoseOptions, backend_named, looking
+from proxemetry.pose.detections import Detections
+from proxemetry.pose.letterbox import Placement, Region, letterbox
 from proxemetry.pose.network import Network
 from proxemetry.pose.onnx_backend import OnnxBackend
 from proxemetry.pose.specification import READY, read_specification
@@ -85,6 +88,40 @@ def test_a_person_on_a_seam_of_tiles_is_one_person(tmp_path: Path) -> None:
     text = Path(source).read_text().replace('colours = "bgr"', 'colours = "bgr"\ntiles = [1.0, 0.7]')
     Path(source).write_text(text)
     assert len(backend_named(f"onnx:{source}").detect(Photo.from_array(dots(PHOTO_SIZE, PEOPLE)))) == 3
+
+
+def test_tiles_are_laid_where_somebody_is_suspected(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The first person is found, the second suspected, the third too unsure even for that: one tile, not four."""
+    source = specification(tmp_path)
+    text = (
+        Path(source).read_text().replace('colours = "bgr"', 'colours = "bgr"\ntiles = [1.0, 0.7]\nsuspicion = 0.1', 1)
+    )
+    Path(source).write_text(text)
+    shown: list[tuple[int, int, int, int]] = []
+    scores = np.array([0.8, 0.2, 0.05])
+
+    def decode(outputs: object, size: object, person: int, least: float) -> Detections:
+        whole = len(shown) == 1
+        boxes = np.array([[46, 37, 121, 162], [300, 200, 340, 280], [10, 200, 30, 250]], float)
+        return Detections(boxes, scores)[(scores >= least) & whole]
+
+    def remember(pixels: RGBArray, region: Region, *rest: Any, **more: Any) -> tuple[RGBArray, Placement]:
+        shown.append(region)
+        return letterbox(pixels, region, *rest, **more)
+
+    monkeypatch.setattr(looking, "letterbox", remember)
+    for effort, number in (("normal", 2), ("fast", 1), ("thorough", 5)):
+        backend = OnnxBackend(read_specification(source), PoseOptions(effort=effort, threads=1))
+        monkeypatch.setattr(backend._photo_network, "_decode", decode)
+        shown.clear()
+        people = backend._photo_network.detect(dots(PHOTO_SIZE, PEOPLE))
+        assert len(shown) == number and people.scores.tolist() == [0.8]
+    scores[1] = 0.05
+    backend = OnnxBackend(read_specification(source), PoseOptions(threads=1))
+    monkeypatch.setattr(backend._photo_network, "_decode", decode)
+    shown.clear()
+    backend._photo_network.detect(dots(PHOTO_SIZE, PEOPLE))
+    assert len(shown) == 1
 
 
 def test_colours_in_the_wrong_order_are_not_found(tmp_path: Path) -> None:

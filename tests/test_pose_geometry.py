@@ -21,8 +21,8 @@ from proxemetry.pose.detections import (
     uncut,
 )
 from proxemetry.pose.duplicates import distinct, similarity
-from proxemetry.pose.heads import decode_heatmaps_msra, decode_heatmaps_udp, decode_simcc
-from proxemetry.pose.letterbox import crop, letterbox, person_region, tiles
+from proxemetry.pose.heads import _smoothed_around, decode_heatmaps_msra, decode_heatmaps_udp, decode_simcc
+from proxemetry.pose.letterbox import crop, letterbox, person_region, tiles, tiles_around
 from proxemetry.pose.one_stage import decode_rtmo, decode_ultralytics_pose
 from proxemetry.skeleton import COCO_17
 
@@ -70,6 +70,32 @@ def test_tiles_cover_the_photo_and_stay_in_it(width: int, height: int, fraction:
         assert parts == [(0, 0, width, height)]
 
 
+@given(
+    st.integers(50, 900),
+    st.integers(50, 900),
+    st.floats(0.2, 0.9),
+    st.lists(st.tuples(st.floats(0, 1), st.floats(0, 1), st.floats(0.001, 0.5), st.floats(0.001, 0.5)), max_size=12),
+)
+def test_tiles_around_hold_whoever_fits_and_are_no_more_than_all(
+    width: int, height: int, fraction: float, rows: list[tuple[float, float, float, float]]
+) -> None:
+    values = np.array(rows).reshape(-1, 4) * (width, height, width, height)
+    boxes = np.concatenate([values[:, :2], values[:, :2] + values[:, 2:]], axis=1).clip(0, (width, height) * 2)
+    everywhere = list(tiles(width, height, fraction))
+    around = tiles_around(boxes, width, height, fraction)
+    assert len(around) <= len(everywhere)
+    tile = np.array(everywhere[0][2:]) - everywhere[0][:2]
+    for part in around:
+        assert min(part) >= 0 and part[2] <= width and part[3] <= height
+        assert part[2] - part[0] == tile[0] and part[3] - part[1] == tile[1]
+    if around == everywhere:
+        return
+    for box in boxes:
+        grown = np.concatenate([box[:2] - 0.1 * (box[2:] - box[:2]), box[2:] + 0.1 * (box[2:] - box[:2])])
+        if (grown[2:] - grown[:2] <= tile - 1).all():
+            assert any((box[:2] >= p[:2]).all() and (box[2:] <= p[2:]).all() for p in around)
+
+
 @given(st.floats(20, 200), st.floats(20, 200), st.floats(10, 300), st.floats(0.5, 2))
 @settings(max_examples=60)
 def test_a_crop_shows_what_its_region_holds(x: float, y: float, width: float, aspect: float) -> None:
@@ -113,6 +139,20 @@ def test_heatmaps_are_read_far_below_a_cell(at: tuple[float, float]) -> None:
     assert scores[0, 0] == pytest.approx(0.8, abs=0.05)
     points, _ = decode_heatmaps_udp([_bump(at)], (192, 256))
     assert points[0, 0] == pytest.approx(np.array(at) * (191 / 47, 255 / 63) + 0.5, abs=0.1)
+
+
+@given(st.integers(0, 2**32 - 1))
+@settings(max_examples=20)
+def test_smoothing_a_few_cells_is_smoothing_all_of_them(seed: int) -> None:
+    """The kernel is OpenCV's of eleven cells, mirrored at the edges."""
+    cv2 = pytest.importorskip("cv2")
+    rng = np.random.default_rng(seed)
+    maps = rng.uniform(0, 1, (5, 20, 16)).astype(np.float32)
+    x, y = rng.integers(1, 15, 5), rng.integers(1, 19, 5)
+    ours = _smoothed_around(maps, x, y)
+    for one, column, row, around in zip(maps, x, y, ours, strict=True):
+        whole = cv2.GaussianBlur(one, (11, 11), 0)
+        assert around == pytest.approx(whole[row - 1 : row + 2, column - 1 : column + 2], abs=1e-6)
 
 
 @pytest.mark.parametrize("decode", [decode_heatmaps_msra, decode_heatmaps_udp])
@@ -163,12 +203,13 @@ def test_anchor_free_heads_in_numbers() -> None:
     assert found.boxes_px.tolist() == [[90, 30, 110, 70]]
     raw = np.zeros((1, 5 + 6, 2), np.float32)
     raw[0, :, 0] = [100, 50, 20, 40, 0.7, 95, 40, 0.9, 105, 60, 0.3]
-    found, points, scores = decode_ultralytics_pose([raw], 0.5)
+    found = decode_ultralytics_pose([raw], (640, 640), least=0.5)
+    points, scores = found.keypoints_px, found.keypoint_scores
     assert found.boxes_px.tolist() == [[90, 30, 110, 70]]
     assert points[0].tolist() == [[95.5, 40.5], [105.5, 60.5]] and scores[0] == pytest.approx([0.9, 0.3])
     for decode in (decode_rtmo, decode_ultralytics_pose):
         with pytest.raises(ModelError, match="expected"):
-            decode([np.zeros((1, 7, 3), np.float32)], 0.5)
+            decode([np.zeros((1, 7, 3), np.float32)], (640, 640))
 
 
 BOXES = st.lists(

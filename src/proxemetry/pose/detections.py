@@ -6,7 +6,7 @@ Boxes are x0, y0, x1, y1 in pixels of whatever the function was given.
 from __future__ import annotations
 
 import functools
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,16 +18,27 @@ FloatArray = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class Detections:
-    """N boxes of people, shape (N, 4), with scores 0..1, shape (N,)."""
+    """N boxes of people, shape (N, 4), with scores 0..1, shape (N,).
+
+    keypoints_px, keypoint_scores: shapes (N, K, 2) and (N, K), what a one-stage network says beside; K is 0 for a
+    detector, which says nothing of joints.
+    """
 
     boxes_px: FloatArray
     scores: FloatArray
+    keypoints_px: FloatArray = field(default_factory=lambda: np.zeros((0, 0, 2)))
+    keypoint_scores: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
+
+    def __post_init__(self) -> None:
+        if self.keypoints_px.size == 0:
+            object.__setattr__(self, "keypoints_px", np.zeros((len(self.boxes_px), 0, 2)))
+            object.__setattr__(self, "keypoint_scores", np.zeros((len(self.boxes_px), 0)))
 
     def __len__(self) -> int:
         return len(self.boxes_px)
 
     def __getitem__(self, rows: NDArray[np.bool_] | NDArray[np.intp] | slice) -> Detections:
-        return Detections(self.boxes_px[rows], self.scores[rows])
+        return Detections(self.boxes_px[rows], self.scores[rows], self.keypoints_px[rows], self.keypoint_scores[rows])
 
 
 NOBODY = Detections(np.zeros((0, 4)), np.zeros(0))
@@ -35,9 +46,15 @@ NOBODY = Detections(np.zeros((0, 4)), np.zeros(0))
 
 def joined(parts: list[Detections]) -> Detections:
     """Return the detections of several parts of a photo as one."""
+    parts = [part for part in parts if len(part)]
     if not parts:
         return NOBODY
-    return Detections(np.concatenate([p.boxes_px for p in parts]), np.concatenate([p.scores for p in parts]))
+    return Detections(
+        np.concatenate([p.boxes_px for p in parts]),
+        np.concatenate([p.scores for p in parts]),
+        np.concatenate([p.keypoints_px for p in parts]),
+        np.concatenate([p.keypoint_scores for p in parts]),
+    )
 
 
 @functools.lru_cache(maxsize=8)

@@ -15,7 +15,9 @@ from numpy.typing import NDArray
 from ..errors import ModelError
 
 FloatArray = NDArray[np.float64]
-_SMOOTHING = (11, 11)
+#: DARK's smoothing: a Gaussian of two cells, eleven wide.
+_BELL = np.exp(-(np.arange(-5, 6) ** 2) / (2 * 2.0**2))
+_KERNEL = _BELL / _BELL.sum()
 Outputs = list[NDArray[np.float32]]
 
 
@@ -46,18 +48,15 @@ def _refined_peaks(maps: NDArray[np.float32]) -> tuple[FloatArray, FloatArray]:
     largest cell (DARK, Zhang et al. 2020, with their kernel for maps drawn two cells wide). A step of more than a cell
     means that there is no such top; it is cut.
     """
-    import cv2
-
     count, joints, height, width = maps.shape
     flat = maps.reshape(count * joints, height, width)
     peak = flat.reshape(len(flat), -1).argmax(axis=1)
     scores = flat.reshape(len(flat), -1).max(axis=1)
     x, y = (peak % width).clip(1, width - 2), (peak // width).clip(1, height - 2)
-    smooth = np.stack([cv2.GaussianBlur(one, _SMOOTHING, 0) for one in flat])
-    rows = np.arange(len(flat))
+    smooth = _smoothed_around(flat, x, y)
 
     def log(dx: int, dy: int) -> FloatArray:
-        return np.log(np.maximum(smooth[rows, y + dy, x + dx].astype(float), 1e-6))
+        return np.log(np.maximum(smooth[:, 1 + dy, 1 + dx], 1e-6))
 
     centre, slope_x, slope_y = log(0, 0), (log(1, 0) - log(-1, 0)) / 2, (log(0, 1) - log(0, -1)) / 2
     bend_x, bend_y = log(1, 0) - 2 * centre + log(-1, 0), log(0, 1) - 2 * centre + log(0, -1)
@@ -69,6 +68,22 @@ def _refined_peaks(maps: NDArray[np.float32]) -> tuple[FloatArray, FloatArray]:
     step_y = np.where(is_top, (twist * slope_x - bend_x * slope_y) / safe, 0.0).clip(-1, 1)
     cells = np.stack([x + step_x, y + step_y], axis=-1).reshape(count, joints, 2)
     return cells, scores.reshape(count, joints).astype(float).clip(0.0, 1.0)
+
+
+def _smoothed_around(maps: NDArray[np.float32], x: NDArray[np.intp], y: NDArray[np.intp]) -> FloatArray:
+    """Return the maps' 3 x 3 cells around (x, y), smoothed, shape (N, 3, 3): only these are looked at."""
+    reach = len(_KERNEL) // 2 + 1
+    offsets = np.arange(-reach, reach + 1)
+    rows, columns = (_reflected(at[:, None] + offsets, n) for at, n in ((y, maps.shape[1]), (x, maps.shape[2])))
+    around = maps[np.arange(len(maps))[:, None, None], rows[:, :, None], columns[:, None, :]].astype(float)
+    slide = np.stack([np.pad(_KERNEL, (k, 2 - k)) for k in range(3)])
+    return slide @ around @ slide.T
+
+
+def _reflected(index: NDArray[np.intp], length: int) -> NDArray[np.intp]:
+    """Return indices mirrored at the map's first and last cells."""
+    folded = np.abs(index) % max(2 * length - 2, 1)
+    return np.where(folded < length, folded, 2 * length - 2 - folded)
 
 
 def decode_simcc(outputs: Outputs, size: tuple[int, int]) -> tuple[FloatArray, FloatArray]:

@@ -21,6 +21,8 @@ Region = tuple[int, int, int, int]
 
 #: The grey around a letterboxed photo that YOLOX and RTMDet were trained with.
 GREY = 114
+#: A tile laid around a suspicion shows this much more of its sides, as fractions of the box.
+_SUSPECT_MARGIN = 0.1
 
 
 @dataclass(frozen=True)
@@ -77,9 +79,7 @@ def tiles(width: int, height: int, fraction: float, aspect: float = 1.0, overlap
     if fraction >= 1:
         yield 0, 0, width, height
         return
-    side = fraction * max(width, height)
-    tile_width = min(width, math.ceil(side * min(1.0, aspect)))
-    tile_height = min(height, math.ceil(side / max(1.0, aspect)))
+    tile_width, tile_height = _tile_size(width, height, fraction, aspect)
     for y0 in _starts(height, tile_height, overlap):
         for x0 in _starts(width, tile_width, overlap):
             yield x0, y0, x0 + tile_width, y0 + tile_height
@@ -90,6 +90,50 @@ def _starts(side: int, tile: int, overlap: float) -> list[int]:
         return [0]
     count = math.ceil((side - tile) / (tile * (1 - overlap)) - 1e-9) + 1
     return [round(i * (side - tile) / (count - 1)) for i in range(count)]
+
+
+def tiles_around(boxes_px: ArrayLike, width: int, height: int, fraction: float, aspect: float = 1.0) -> list[Region]:
+    """Return few tiles of `tiles`' size that hold each of the boxes whole, those first in the list first.
+
+    Boxes too large for a tile are passed over: the whole photo shows those better. No more tiles than cover the
+    photo: where that many were needed, it is those.
+    """
+    tile_width, tile_height = _tile_size(width, height, fraction, aspect)
+    boxes = np.asarray(boxes_px, dtype=float).reshape(-1, 4).clip(0, (width, height, width, height))
+    # a margin, or the tile's edge would cut whoever is a little larger than suspected
+    margin = _SUSPECT_MARGIN * np.tile(boxes[:, 2:] - boxes[:, :2], 2) * (-1, -1, 1, 1)
+    left = (boxes + margin).clip(0, (width, height, width, height))
+    left = left[(left[:, 2] - left[:, 0] <= tile_width) & (left[:, 3] - left[:, 1] <= tile_height)]
+    found: list[Region] = []
+    everywhere = list(tiles(width, height, fraction, aspect))
+    while len(left):
+        if len(found) == len(everywhere):
+            return everywhere
+        places = [
+            (x, y)
+            for x in _places(left[0, 0], left[0, 2], tile_width, width)
+            for y in _places(left[0, 1], left[0, 3], tile_height, height)
+        ]
+        held = [
+            (left[:, :2] >= p).all(axis=1) & (left[:, 2:] <= np.add(p, (tile_width, tile_height))).all(axis=1)
+            for p in places
+        ]
+        best = int(np.argmax([rows.sum() for rows in held]))
+        x, y = places[best]
+        found.append((x, y, x + tile_width, y + tile_height))
+        left = left[~held[best]]
+    return found
+
+
+def _places(low: float, high: float, tile: int, side: int) -> list[int]:
+    """Return where a tile may begin that holds low..high: with it in the middle, at its end, or at its beginning."""
+    starts = (math.floor((low + high - tile) / 2), math.ceil(high) - tile, math.floor(low))
+    return [min(max(start, 0), side - tile) for start in starts]
+
+
+def _tile_size(width: int, height: int, fraction: float, aspect: float) -> tuple[int, int]:
+    side = fraction * max(width, height)
+    return min(width, math.ceil(side * min(1.0, aspect))), min(height, math.ceil(side / max(1.0, aspect)))
 
 
 def person_region(

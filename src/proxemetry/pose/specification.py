@@ -54,7 +54,9 @@ class DetectorInput(Input):
 
     fill, centred: how the photo is letterboxed. person: the class. score: boxes below are no people. overlap: boxes
     overlapping a better one by more are dropped. tiles: the parts that are looked at, as fractions of the photo's
-    sides (1 is the whole photo); fast_tiles, thorough_tiles the same for those efforts.
+    sides (1 is the whole photo, and comes first); fast_tiles, thorough_tiles the same for those efforts. suspicion:
+    where above 0, tiles lie only around boxes of the whole photo that score at least this; effort thorough asks for
+    no suspicion.
     """
 
     fill: int = 114
@@ -62,6 +64,7 @@ class DetectorInput(Input):
     person: int = 0
     score: float = 0.3
     overlap: float = 0.5
+    suspicion: float = 0.0
     tiles: tuple[float, ...] = (1.0,)
     fast_tiles: tuple[float, ...] = (1.0,)
     thorough_tiles: tuple[float, ...] = ()
