@@ -14,16 +14,23 @@ import time
 from collections import Counter
 from pathlib import Path
 
+import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from small_photos import write_photo, write_photos
 
 import proxemetry
-from proxemetry.archive import manifest, parts
+from proxemetry.archive import manifest, newcomers, parts
+from proxemetry.archive.copies import copies, repeated
 from proxemetry.archive.folder import Folder
 from proxemetry.archive.results import Results
 from proxemetry.archive.run import run
 from proxemetry.archive.work import Job
+from proxemetry.camera_table import CameraTable
 from proxemetry.errors import OutputError, SettingsError
+from proxemetry.focal import FocalRequest
+from proxemetry.measure import Settings
 
 HERE = str(Path(__file__).parent)
 SOURCE = str(Path(proxemetry.__file__).parents[1])
@@ -75,11 +82,12 @@ def wait_for_parts(out, count, process):
 
 def test_shards_cover_every_photo_once(tmp_path):
     folder = Folder(tmp_path)
-    listed = manifest.frozen(folder, [f"{i}.jpg" for i in range(1000)])
+    listed = newcomers.frozen(folder, [f"{i}.jpg" for i in range(1000)])
     assert listed.n_shards == 63  # 1000 photos in shards of 16
     names = [item.photo for shard in range(listed.n_shards) for item in listed.items(shard)]
     assert Counter(names) == Counter(f"{i}.jpg" for i in range(1000))
-    assert manifest.frozen(folder, None) == manifest.read(folder)
+    assert manifest.read(folder) == listed
+    assert newcomers.frozen(folder, [f"{i}.jpg" for i in range(1000)]) == listed
 
 
 def test_photos_that_came_later_get_shards_of_their_own(tmp_path):
@@ -121,6 +129,105 @@ def test_a_file_is_measured_once_and_reported_for_each_path(tmp_path):
     assert distances["copy.jpg"] == distances["00/photo_00001.jpg"] == distances["z/other.jpg"]
 
 
+def test_copies_that_came_later_are_not_measured_again(tmp_path):
+    import small_photos
+
+    photos = write_photos(tmp_path / "photos", 4)
+    run([str(photos)], job(tmp_path / "out", "counted"), jobs=0)
+    (photos / "z").mkdir()
+    for name in ("a_copy.jpg", "z/another.jpg"):
+        shutil.copy(photos / "00" / "photo_00002.jpg", photos / name)
+    write_photo(photos / "z" / "new.jpg", 77)
+    shutil.copy(photos / "z" / "new.jpg", photos / "z" / "new_twice.jpg")
+    calls = small_photos.COUNT["calls"]
+    assert run([str(photos)], job(tmp_path / "out", "counted"), jobs=0).measured.photos == 4
+    assert small_photos.COUNT["calls"] - calls == 1
+    found = {r["photo"]: r for r in timeless(tmp_path / "out", "pairs")}
+    for copy, original in (("a_copy", "00/photo_00002"), ("z/another", "00/photo_00002"), ("z/new_twice", "z/new")):
+        assert {**found[f"{copy}.jpg"], "photo": ""} == {**found[f"{original}.jpg"], "photo": ""}
+
+
+def test_copies_wait_for_the_shard_that_has_their_original(tmp_path):
+    # The original's part is lost: it is measured first, by whichever worker, and its copy taken from there.
+    import small_photos
+
+    photos = write_photos(tmp_path / "photos", 1)
+    run([str(photos)], job(tmp_path / "out", "counted"), jobs=0)
+    shutil.copy(photos / "00" / "photo_00000.jpg", photos / "copy.jpg")
+    run([str(photos)], job(tmp_path / "out", "counted"), jobs=0)
+    shutil.rmtree(tmp_path / "out" / "scenes")
+    calls = small_photos.COUNT["calls"]
+    assert run([str(photos)], job(tmp_path / "out", "counted"), jobs=0).measured.photos == 2
+    assert small_photos.COUNT["calls"] - calls == 1
+    # A share of the work that does not have the original measures the copy itself, to the same numbers.
+    before = timeless(tmp_path / "out", "pairs")
+    shutil.rmtree(tmp_path / "out" / "scenes")
+    for share in ((2, 2), (1, 2)):
+        run([str(photos)], job(tmp_path / "out", "counted"), jobs=0, shard=share)
+    assert timeless(tmp_path / "out", "pairs") == before
+
+
+def test_a_copy_under_a_name_with_a_camera_of_its_own_is_measured(tmp_path):
+    photos = write_photos(tmp_path / "photos", 1)
+    shutil.copy(photos / "00" / "photo_00000.jpg", photos / "b.jpg")
+    (tmp_path / "cameras.csv").write_text("photo,focal_px\nb.jpg,200\n")
+    settings = Settings(focal=FocalRequest(camera_table=CameraTable.read(tmp_path / "cameras.csv")))
+    run([str(photos)], Job(str(tmp_path / "out"), TWO_PEOPLE, settings=settings), jobs=0)
+    focal = [float(r["focal_px"]) for r in rows(tmp_path / "out")]
+    assert focal[1] == 200
+    assert focal[0] != 200
+
+
+@given(st.lists(st.tuples(st.integers(-1, 3), st.integers(0, 3)), max_size=12), st.integers(0, 12))
+def test_copies_are_found_by_size_and_end(files, n_new):
+    # -1: a size that cannot be told is like no other (such files are not looked into)
+    sizes, ends = (np.array([f[k] for f in files], dtype=np.int64) for k in (0, 1))
+    n = min(n_new, len(files))
+    alike = repeated(sizes[:n], sizes[n:])
+    for i in range(n):
+        same = [j for j in range(len(files)) if j != i and sizes[j] == sizes[i] >= 0]
+        assert alike[i] == bool(same)
+    found = copies(sizes[:n], ends[:n].astype(np.uint64), sizes[n:], ends[n:].astype(np.uint64))
+    for i in range(n):
+        twins = [j for j in range(n) if files[j] == files[i]]
+        originals = [j for j in range(len(files) - n) if files[n + j] == files[i]]
+        assert found.twin[i] == (twins[0] if len(twins) > 1 else -1)
+        assert found.original[i] == (originals[0] if originals else -1)
+
+
+def test_photos_that_came_later_are_found_while_others_are_measured(tmp_path):
+    photos = write_photos(tmp_path / "photos", 6)
+    run([str(photos)], job(tmp_path / "out"), jobs=0, shard=(1, 2))
+    for number in range(60, 64):
+        write_photo(photos / "late" / f"{number}.jpg", number)
+    totals = []
+    outcome = run([str(photos)], job(tmp_path / "out"), jobs=2, tell=lambda p: totals.append(p.total))
+    assert outcome.complete
+    assert outcome.photos == 10
+    assert totals[-1] == outcome.measured.photos == 7
+    assert len(rows(tmp_path / "out")) == 10
+
+
+def test_an_archive_that_is_not_mounted_is_not_measured_as_failed(tmp_path):
+    photos = write_photos(tmp_path / "photos", 3)
+    run([str(photos)], job(tmp_path / "out"), jobs=0, shard=(1, 2))
+    shutil.move(photos, tmp_path / "elsewhere")
+    photos.mkdir()
+    with pytest.raises(SettingsError, match="no photos there"):
+        run([str(photos)], job(tmp_path / "out"), jobs=0)
+    assert len(list((tmp_path / "out" / "scenes").iterdir())) == 2
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="other systems' names are always text")
+def test_a_name_that_is_no_text_is_measured(tmp_path):
+    photos = write_photos(tmp_path / "photos", 1)
+    (photos / "00" / "photo_00000.jpg").rename(os.fsdecode(os.fsencode(photos) + b"/gr\xfc\xdfe.jpg"))
+    run([str(photos)], job(tmp_path / "out"), jobs=1)
+    (row,) = rows(tmp_path / "out")
+    assert (row["photo"], row["status"]) == ("gr\\xfc\\xdfe.jpg", "ok")
+    assert run([str(photos)], job(tmp_path / "out"), jobs=0).measured.photos == 0
+
+
 def test_workers_and_one_process_write_the_same(tmp_path):
     photos = write_photos(tmp_path / "photos", 6)
     run([str(photos)], job(tmp_path / "one"), jobs=0)
@@ -145,7 +252,7 @@ def test_a_photo_that_ends_its_process_becomes_a_row(tmp_path):
 
 
 def test_a_shard_is_taken_apart_for_a_photo_that_ends_its_process(tmp_path, monkeypatch):
-    monkeypatch.setattr(manifest, "SHARDS_OF_A_SMALL_RUN", 2)
+    monkeypatch.setattr(newcomers, "SHARDS_OF_A_SMALL_RUN", 2)
     photos = write_photos(tmp_path / "photos", 9)
     outcome = run([str(photos)], job(tmp_path / "out", "killed_by_seven"), jobs=2)
     assert outcome.n_shards == 2
@@ -196,6 +303,7 @@ def test_results_give_scenes_back(tmp_path):
     (pair,) = [r for r in rows(tmp_path / "out", "pairs") if r["photo"] == one.photo]
     assert float(pair["distance_m"]) == pytest.approx(one.distances_m[0, 1], rel=1e-5)
     assert Path(results.locations()[one.photo]).exists()
+    assert results.location(one.photo) == results.locations()[one.photo]
     assert results.missing_shards() == []
 
 

@@ -75,12 +75,14 @@ class RayCrew:
         self._failed_starts = 0
         count = self.jobs or max(1, int(ray.cluster_resources().get("CPU", 1)))
         self._workers = [self._started() for _ in range(count)]
-        try:
-            while not any(w.ready for w in self._workers):
-                self.wait()
-        except BaseException:
-            self.close()
-            raise
+
+    def load(self) -> None:
+        """Wait until an actor is ready; raises ModelError where none comes to that."""
+        while not any(w.ready for w in self._workers):
+            self.wait()
+
+    def expect(self, photos: int) -> None:
+        """The actors were started at once: a cluster takes its time."""
 
     def _started(self) -> _Worker:
         actor = self._remote.remote(self.job)

@@ -36,7 +36,7 @@ Event = Ticked | Done | Died
 
 
 class Crew(Protocol):
-    """Workers that take tasks one at a time. Once made, at least one has its back end loaded."""
+    """Workers that take tasks one at a time, once `load` was called."""
 
     @property
     def pose(self) -> str:
@@ -46,6 +46,14 @@ class Crew(Protocol):
     @property
     def models(self) -> Mapping[str, str]:
         """The back end's files and their sha256."""
+        ...
+
+    def load(self) -> None:
+        """Wait until a worker has its back end loaded; raises what kept it from that."""
+        ...
+
+    def expect(self, photos: int) -> None:
+        """Have as many workers as so many photos are worth."""
         ...
 
     def idle(self) -> int:
@@ -71,6 +79,12 @@ class OwnProcess:
     def __init__(self, job: Job) -> None:
         self._measurer = Measurer(job)
         self._waiting: list[Task] = []
+
+    def load(self) -> None:
+        """It is loaded."""
+
+    def expect(self, photos: int) -> None:
+        """There is one."""
 
     @property
     def pose(self) -> str:

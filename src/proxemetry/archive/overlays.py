@@ -15,9 +15,8 @@ from ..errors import PhotoError, SettingsError
 from ..photo import Photo
 from ..scene import Scene
 from .folder import is_url
-from .results import Results
+from .results import OVERLAYS, Results
 
-FOLDER = "overlays"
 _BATCH = 16
 
 
@@ -34,16 +33,15 @@ def file_of(photo: str) -> str:
     stays = photo.lower().endswith((".jpg", ".jpeg", ".png"))
     # A photo outside the folder named is called ../x: its overlay stays inside.
     inside = "/".join("_" if part == ".." else part for part in photo.split("/"))
-    return f"{FOLDER}/{inside}" if stays else f"{FOLDER}/{inside}.jpg"
+    return f"{OVERLAYS}/{inside}" if stays else f"{OVERLAYS}/{inside}.jpg"
 
 
 def draw(results: Results, *, faces: str = "show", jobs: int = 1, tell: Callable[[int], None] = lambda _: None) -> None:
     """Draw the overlays that are not there yet or whose scene was corrected; `tell` hears how many more are done."""
     root = Path(results.folder.location)
     corrected = results.corrected()
-    locations = results.locations()
     wanted = (
-        (scene.to_json(), locations.get(scene.photo))
+        (scene.to_json(), results.location(scene.photo))
         for scene in results.scenes()
         if scene.status in ("ok", "no_camera")
         and (scene.photo in corrected or not (root / file_of(scene.photo)).exists())

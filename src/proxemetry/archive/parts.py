@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache
@@ -46,11 +47,16 @@ def record_of(scene: Scene) -> Record:
         for table in ("people", "pairs")
     }
     text = json.dumps({**photo, **nested, "scene": scene.to_json()}, allow_nan=False, ensure_ascii=False)
-    return Record(
-        text,
-        Counts(
-            1, int(scene.status == "failed"), int(scene.status == "no_camera"), len(scene), int(photo["n_pairs"] or 0)
-        ),
+    return Record(text, _counts(scene))
+
+
+def _counts(scene: Scene) -> Counts:
+    return Counts(
+        photos=1,
+        failed=int(scene.status == "failed"),
+        no_camera=int(scene.status == "no_camera"),
+        people=len(scene),
+        pairs=scene.distances.below(math.inf),
     )
 
 
@@ -122,6 +128,26 @@ def scenes(folder: Folder, photos: Iterable[str] | None = None, *, with_copies: 
         cursor.execute(f"SELECT scene FROM {every} WHERE {wanted} ORDER BY photo", {"names": sorted(set(photos))})
     while batch := cursor.fetchmany(64):
         yield from (Scene.from_json(text) for (text,) in batch)
+
+
+def copied(folder: Folder, shard: int, sha256: str, photo: str) -> Record | None:
+    """Return what a shard's part says of a file, as the row of `photo`, a copy; None where the part does not have it.
+
+    The row as it stands, not one made of its scene: that would round twice.
+    """
+    if not folder.exists(name_of(shard)):
+        return None
+    found = attached(folder).execute(
+        "SELECT to_json(part) FROM read_parquet($path) AS part WHERE sha256 = $sha256 LIMIT 1",
+        {"path": folder.path(name_of(shard)), "sha256": sha256},
+    )
+    row = found.fetchone()
+    if row is None:
+        return None
+    fields = json.loads(row[0])
+    scene = Scene.from_json(fields["scene"]).renamed(photo)
+    text = json.dumps({**fields, "photo": photo, "scene": scene.to_json()}, allow_nan=False, ensure_ascii=False)
+    return Record(text, _counts(scene))
 
 
 @cache

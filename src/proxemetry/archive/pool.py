@@ -48,7 +48,10 @@ class _Worker:
 
 @dataclass
 class Pool:
-    """`jobs` spawned processes, each with its own back end and one thread, talking through one pipe each."""
+    """Spawned processes, each with its own back end and one thread, talking through one pipe each.
+
+    The first begins to load at once; more come with `expect`, up to `jobs` of them.
+    """
 
     job: Job
     jobs: int
@@ -59,14 +62,18 @@ class Pool:
         self.job = quiet_threads(self.job)
         self._failed_starts = 0
         self._context = multiprocessing.get_context("spawn")
-        self._workers = [self._started() for _ in range(self.jobs)]
+        self._workers = [self._started()]
         self._events: deque[Event] = deque()
-        try:
-            while not any(w.ready for w in self._workers):
-                self._listen()
-        except BaseException:
-            self.close()
-            raise
+
+    def load(self) -> None:
+        """Wait until a worker is ready; raises ModelError where none comes to that."""
+        while not any(w.ready for w in self._workers):
+            self._listen()
+
+    def expect(self, photos: int) -> None:
+        """Start the workers that so many photos are worth, one at least."""
+        while len(self._workers) < min(self.jobs, photos):
+            self._workers.append(self._started())
 
     def _started(self) -> _Worker:
         ours, theirs = self._context.Pipe()

@@ -8,6 +8,7 @@ import tempfile
 from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +23,7 @@ from .folder import Folder, is_url
 from .identity import SETTINGS_SHA256
 from .parts import attached, quoted, record_of, structure
 
-RUN_FILE = "run.json"
+RUN_FILE, OVERLAYS = "run.json", "overlays"
 TABLE_FORMATS = ("csv", "parquet")
 
 #: Key of the Parquet tables' metadata that says of which state of the results they were made.
@@ -62,13 +63,20 @@ class Results:
         there = parts.finished(self.folder)
         return [s for s in range(listed.n_shards) if s not in there]
 
-    def locations(self) -> dict[str, str | None]:
-        """Return where each photo's file is (or was when the run began), by name; None for recorded keypoints."""
+    @cached_property
+    def _root(self) -> str | None:
+        """Where the photos were when the run was finished last, else when it began; None for recorded keypoints."""
         listed = manifest.read(self.folder)
-        if listed is None:
-            return {}
-        root = listed.root
-        return {n: None if root is None else manifest.locate(root, n) for n in listed.photos}
+        return self.run.get("photos_in") or (None if listed is None else listed.root)
+
+    def location(self, photo: str) -> str | None:
+        """Return where a photo's file is, or was when the run went on last; None for recorded keypoints."""
+        return None if self._root is None else manifest.locate(self._root, photo)
+
+    def locations(self) -> dict[str, str | None]:
+        """Return every photo's `location` by its name."""
+        listed = manifest.read(self.folder)
+        return {} if listed is None else {name: self.location(name) for name in listed.names()}
 
     def scenes(self, photos: Iterable[str] | None = None, *, corrected: bool = True) -> Iterator[Scene]:
         """Yield the scenes in the order of their names, corrections applied; `photos` names some of them."""
@@ -203,7 +211,7 @@ def forget(folder: Folder) -> None:
     folder.remove(RUN_FILE)
     if not is_url(folder.location):
         folder.sweep(parts.FOLDER)
-        overlays = Path(folder.location) / "overlays"
+        overlays = Path(folder.location) / OVERLAYS
         for where, _, files in os.walk(overlays):
             for file in files:
                 Path(where, file).unlink()

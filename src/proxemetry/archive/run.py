@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import json
-import os
 import platform
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Collection, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 from .. import __version__
-from ..errors import SettingsError
+from ..errors import OutputError, SettingsError
 from ..people import PoseBackend
 from ..pose import backend_named
 from . import manifest, parts
@@ -18,9 +18,10 @@ from .crew import Crew, OwnProcess
 from .folder import Folder, is_url
 from .identity import Identity, require_same
 from .manifest import Manifest
+from .newcomers import Newcomers
 from .parts import Counts
-from .photos import Listing, find_photos, has_photos
-from .results import RUN_FILE, Results, forget, write_run
+from .photos import Search, search
+from .results import OVERLAYS, RUN_FILE, Results, forget, write_run
 from .schedule import Progress, Schedule
 from .work import Job
 
@@ -67,48 +68,64 @@ def run(
         raise SettingsError(f"engine {engine!r} is unknown: use one of {', '.join(ENGINES)}")
     if shard is not None and not 1 <= shard[0] <= shard[1]:
         raise SettingsError(f"--shard {shard[0]}/{shard[1]}: write i/N with i from 1 to N")
-    listing = _listing(paths, job)
+    named = _named(paths, job)
     folder = Folder(job.results)
     if restart:
         forget(folder)
-    elif folder.read(RUN_FILE) is None and listing is None:
+    elif named is None and not folder.exists(RUN_FILE):
         raise SettingsError("no photos named: proxemetry measure PATH... --out DIR")
     folder.sweep(parts.FOLDER)
-    crew = _crew(job, jobs, engine, len(listing.names) if isinstance(listing, Listing) else None)
+    crew, newcomers = _crew(job, jobs, engine), None
     try:
+        listed, there = manifest.read(folder), parts.finished(folder)
+        if named is not None:
+            newcomers = Newcomers(folder, named, listed)
+        crew.load()
         identity = Identity(__version__, crew.pose, dict(crew.models), _settings(job))
-        _join(folder, identity)
-        listed = manifest.frozen(folder, listing)
-        there = parts.finished(folder)
-        mine = [s for s in range(listed.n_shards) if s not in there and _is_mine(s, shard)]
-        counts = Schedule(crew, job, folder, listed, identity.metadata(), tell).run(mine)
+        _join(folder, identity, there)
+        listed, later = _begun(folder, named, listed, newcomers)
+        schedule = Schedule(crew, job, folder, listed, identity.metadata(), tell, later, partial(_is_mine, share=shard))
+        counts = schedule.run(s for s in range(listed.n_shards) if s not in there and _is_mine(s, shard))
     finally:
+        if newcomers is not None:
+            newcomers.close()
         crew.close()
     folder.sweep(parts.FOLDER)
-    return _concluded(folder, listed, counts, safe_distance_m)
+    return _concluded(folder, schedule.manifest, counts, safe_distance_m)
 
 
-def _listing(paths: Sequence[str], job: Job) -> Listing | Sequence[str] | None:
-    """Return the photos named; those that recorded keypoints name where no photo is; None where nothing is named."""
-    if job.pose.startswith("recorded:"):
+def _named(paths: Sequence[str], job: Job) -> Search | Sequence[str] | None:
+    """Return where photos are named; those that recorded keypoints name where no photo is; None without either."""
+    found = search(paths) if paths else None
+    if job.pose.startswith("recorded:") and (found is None or not found.any()):
         backend: PoseBackend = backend_named(job.pose, job.options)
-        if not paths or not any(map(has_photos, paths)):
-            return list(getattr(backend, "photos", ()))
-    if not paths:
+        return list(getattr(backend, "photos", ()))
+    if found is None:
         return None
-    listing = find_photos(paths)
-    if is_url(job.results) or is_url(listing.root):
-        return listing
-    # Overlays of an earlier run are no photos of the archive.
-    inside = os.path.relpath(Folder(job.results).location, listing.root).replace(os.sep, "/") + "/"
-    inside = "overlays/" if inside == "./" else inside
-    names = tuple(n for n in listing.names if not n.startswith(inside))
-    if not names:
-        raise SettingsError(f"{', '.join(paths)}: no photos there but those of the results folder")
-    return Listing(listing.root, names)
+    if not found.any():
+        raise found.nothing()
+    if is_url(job.results) or is_url(found.root):
+        return found
+    # What an earlier run drew is no photo of the archive.
+    results = Folder(job.results).location
+    return replace(found, without=f"{results}/{OVERLAYS}" if results in found.folders else results)
 
 
-def _crew(job: Job, jobs: int | None, engine: str, at_most: int | None) -> Crew:
+def _begun(
+    folder: Folder, named: Search | Sequence[str] | None, listed: Manifest | None, newcomers: Newcomers | None
+) -> tuple[Manifest, Newcomers | None]:
+    """Return the manifest to begin with, and what may still come: a resumed run does not wait for the walk."""
+    if newcomers is None:
+        if listed is None:
+            raise OutputError(f"{folder.location}: no run to go on with there; name the photos to measure")
+        return listed, None
+    newcomers.allow()
+    if listed is not None and isinstance(named, Search) and named.root == listed.root:
+        return listed, newcomers
+    return newcomers.result(), None
+
+
+def _crew(job: Job, jobs: int | None, engine: str) -> Crew:
     if engine == "ray":
         from .cluster import RayCrew
 
@@ -117,7 +134,7 @@ def _crew(job: Job, jobs: int | None, engine: str, at_most: int | None) -> Crew:
         return OwnProcess(job)
     from .pool import Pool, default_jobs
 
-    return Pool(job, min(jobs or default_jobs(), at_most or MAX_JOBS))
+    return Pool(job, min(jobs or default_jobs(), MAX_JOBS))
 
 
 def _settings(job: Job) -> dict[str, Any]:
@@ -133,8 +150,13 @@ def _is_mine(shard: int, share: tuple[int, int] | None) -> bool:
     return share is None or shard % share[1] == share[0] - 1
 
 
-def _join(folder: Folder, identity: Identity) -> None:
-    """Begin a run, or make sure that what is there was made the same way; raises OutputError where it was not."""
+def _join(folder: Folder, identity: Identity, there: Collection[int]) -> None:
+    """Begin a run, or make sure that what is there was made the same way; raises OutputError where it was not.
+
+    All parts of a folder are of the run that its `run.json` tells of, so that the first and the last speak for them;
+    without it every part is asked.
+    """
+    in_order = sorted(there)
     fields = {
         "schema": "proxemetry.run/1",
         "version": identity.version,
@@ -150,7 +172,8 @@ def _join(folder: Folder, identity: Identity) -> None:
         before = [identity.metadata()]
     else:
         before = [Results(folder).run["metadata"]]
-    for other in (*before, *parts.metadata_of(folder, sorted(parts.finished(folder)))):
+        in_order = sorted({*in_order[:1], *in_order[-1:]})
+    for other in (*before, *parts.metadata_of(folder, in_order)):
         require_same(identity, other, folder.location)
 
 
@@ -174,6 +197,7 @@ def _concluded(folder: Folder, listed: Manifest, counts: Counts, safe_distance_m
         if not results.tables_are_current(safe_distance_m):  # of a million photos it takes minutes
             results.write_tables(safe_distance_m)
         fields = results.run
-        if fields.get("safe_distance_m") != safe_distance_m:
-            write_run(folder, {**fields, "safe_distance_m": safe_distance_m})
+        last = {**fields, "safe_distance_m": safe_distance_m, "photos_in": listed.moved_to or listed.root}
+        if last != fields:
+            write_run(folder, last)
     return outcome

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
+from typing import Protocol
 
 from . import parts
 from .crew import Crew, Died, Done, Ticked
@@ -16,6 +17,8 @@ from .work import Finished, Job, Task, died
 #: How often a photo may end the process that measures it, before its row says so: a process may also be killed by
 #: whoever else needs the memory.
 _TRIES = 2
+#: How many shards that have to wait for others are passed over.
+_LOOK_AHEAD = 64
 
 
 @dataclass(frozen=True)
@@ -36,9 +39,24 @@ class _Apart:
     deaths: dict[str, int] = field(default_factory=dict[str, int])
 
 
+class Later(Protocol):
+    """A manifest that is still being completed."""
+
+    def done(self) -> bool:
+        """Return whether `result` would not wait."""
+        ...
+
+    def result(self) -> Manifest:
+        """Return the whole manifest."""
+        ...
+
+
 @dataclass
 class Schedule:
-    """One pass over the shards of a run. `run` returns what was counted; `tell` hears of every step."""
+    """One pass over the shards of a run. `run` returns what was counted; `tell` hears of every step.
+
+    is_mine: which shards this run does. later: photos that may come while it works.
+    """
 
     crew: Crew
     job: Job
@@ -46,29 +64,60 @@ class Schedule:
     manifest: Manifest
     metadata: Mapping[str, str]
     tell: Callable[[Progress], None] = lambda _: None
+    later: Later | None = None
+    is_mine: Callable[[int], bool] = lambda _: True
 
     def run(self, shards: Iterable[int]) -> Counts:
         """Measure these shards; raises OutputError where a part cannot be written."""
-        self._waiting = deque(shards)
-        self._total = sum(self.manifest.shard_size(s) for s in self._waiting)
+        self._waiting: deque[int] = deque()
+        self._unfinished: set[int] = set()
         self._alone: deque[Task] = deque()
         self._apart: dict[int, _Apart] = {}
         self._running: dict[Task, int] = {}
-        self._counts, self._photos = Counts(), 0
-        while self._waiting or self._alone or self._running:
-            while self.crew.idle() and (self._alone or self._waiting):
-                task = self._next()
-                self._running[task] = 0
-                self.crew.submit(task)
-            for event in self.crew.wait():
-                self._hear(event)
-        return self._counts
+        self._counts, self._photos, self._total = Counts(), 0, 0
+        self._extend(shards)
+        while True:
+            busy = bool(self._waiting or self._alone or self._running)
+            if self.later is not None and (not busy or self.later.done()):
+                self._take_in(self.later.result())
+            elif not busy:
+                return self._counts
+            else:
+                self._step()
 
-    def _next(self) -> Task:
+    def _extend(self, shards: Iterable[int]) -> None:
+        new = list(shards)
+        self._waiting.extend(new)
+        self._unfinished.update(new)
+        self._total += sum(self.manifest.shard_sizes[s] for s in new)
+        if new:
+            self.crew.expect(self._total - self._photos)
+            self._tell()
+
+    def _take_in(self, manifest: Manifest) -> None:
+        """Go on with the whole manifest, which has what came later."""
+        before, self.manifest, self.later = self.manifest.n_shards, manifest, None
+        self._extend(s for s in range(before, manifest.n_shards) if self.is_mine(s))
+
+    def _step(self) -> None:
+        while self.crew.idle() and (task := self._next()) is not None:
+            self._running[task] = 0
+            self.crew.submit(task)
+        for event in self.crew.wait():
+            self._hear(event)
+
+    def _next(self) -> Task | None:
+        """Return the next task; a shard with copies of photos whose shard is being measured has to wait for that."""
         if self._alone:
             return self._alone.popleft()
-        shard = self._waiting.popleft()
-        return Task(shard, self.manifest.items(shard), self.metadata)
+        for place, shard in enumerate(self._waiting):
+            items = self.manifest.items(shard)
+            if self._unfinished.isdisjoint(i.original_shard for i in items if i.original_shard is not None):
+                del self._waiting[place]
+                return Task(shard, items, self.metadata)
+            if place >= _LOOK_AHEAD:
+                break
+        return None
 
     def _hear(self, event: Ticked | Done | Died) -> None:
         errors: tuple[str, ...] = ()
@@ -82,6 +131,9 @@ class Schedule:
             case Died(task, how):
                 del self._running[task]
                 self._retry(task, how)
+        self._tell(errors)
+
+    def _tell(self, errors: tuple[str, ...] = ()) -> None:
         done = self._photos + sum(self._running.values())
         self.tell(Progress(done, self._total, self._counts.failed, errors))
 
@@ -91,6 +143,7 @@ class Schedule:
             self._keep(task.shard, task.items[0], finished.record)
         else:
             self._add(finished.counts)
+            self._unfinished.discard(task.shard)
 
     def _add(self, counts: Counts) -> None:
         self._counts += counts
@@ -117,3 +170,4 @@ class Schedule:
         if len(rows) == len(items):
             parts.write(self.folder, shard, [rows[i.photo] for i in items], self.metadata)
             del self._apart[shard]
+            self._unfinished.discard(shard)

@@ -39,6 +39,12 @@ class Job:
     with_names: bool = False
     with_gps: bool = False
 
+    @property
+    def names_matter(self) -> bool:
+        """Whether copies of a file may give other results under another name: its keypoints or camera go by name."""
+        table = self.settings.focal.camera_table
+        return "recorded:" in self.pose or (table is not None and any(row.photo for row in table.rows))
+
     def open_photo(self, path: str | Path, name: str) -> Photo:
         """Return the photo at a path, with the metadata that this run may take along; raises PhotoError."""
         return Photo.open(path, name, with_names=self.with_names, with_gps=self.with_gps)
@@ -79,8 +85,8 @@ class Measurer:
         """Do a task; `tick` is called after every photo. Raises OutputError where a part cannot be written."""
         self._errors.clear()
         records: list[Record] = []
-        for scene in self._scenes(task):
-            records.append(record_of(scene))
+        for record in self._records(task):
+            records.append(record)
             tick()
         counts = sum((r.counts for r in records), Counts())
         errors = tuple(self._errors)
@@ -89,18 +95,24 @@ class Measurer:
         parts.write(self.folder, task.shard, records, task.metadata)
         return Finished(counts, None, errors)
 
-    def _scenes(self, task: Task) -> Iterator[Scene]:
-        """Yield the scenes of a task's photos; a file is measured once however many copies the shard has."""
+    def _records(self, task: Task) -> Iterator[Record]:
+        """Yield the rows of a task's photos; a file is measured once however many copies there are of it."""
         measured: dict[str, Scene] = {}
         for item in task.items:
-            sha256 = _sha256(item) if item.twin is not None else ""
-            if sha256 and sha256 in measured:
-                yield measured[sha256].renamed(item.photo)
+            may_be_copy = (item.twin, item.original_shard) != (None, None) and not self.job.names_matter
+            sha256 = _sha256(item) if may_be_copy else ""
+            if sha256 in measured:
+                yield record_of(measured[sha256].renamed(item.photo))
                 continue
+            if sha256 and item.original_shard is not None:
+                record = parts.copied(self.folder, item.original_shard, sha256, item.photo)
+                if record is not None:
+                    yield record
+                    continue
             scene = self._scene(item)
             if sha256 and scene.sha256 == sha256:
                 measured[sha256] = scene
-            yield scene
+            yield record_of(scene)
 
     def _scene(self, item: Item) -> Scene:
         try:

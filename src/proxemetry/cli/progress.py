@@ -48,6 +48,7 @@ class Reporter:
 
         if self._bar is None:
             self._bar = tqdm(total=self._last.total, unit="photo", dynamic_ncols=True, smoothing=0.05)
+        self._bar.total = self._last.total  # photos may be found while others are measured
         self._bar.update(self._last.done - self._bar.n)
         if self._last.failed:
             self._bar.set_postfix_str(f"{self._last.failed} failed", refresh=False)

@@ -54,9 +54,9 @@ def write_report(
     run = results.run
     results.write_tables(run.get("safe_distance_m"))
     numbers = count(results.folder, group_by, photos, listed)
-    locations = results.locations()
     figures = [
-        (scene.photo, _data_url(scene, locations.get(scene.photo), faces)) for scene in results.scenes(numbers.sample)
+        (scene.photo, _data_url(scene, results.location(scene.photo), faces))
+        for scene in results.scenes(numbers.sample)
     ]
     title = f"Distances in {Path(results.folder.location).name}"
     text = page(run, numbers, figures, title=title, faces=faces, group_by=group_by)

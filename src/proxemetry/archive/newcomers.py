@@ -1,0 +1,195 @@
+"""Photos that a manifest lacks: looked for beside the work, put into shards, appended as a manifest file."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterator, Sequence
+from concurrent.futures import Future
+from threading import Event, Thread
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import OutputError
+from .copies import Copies, Ends, Sizes, copies, ends_of, repeated, sizes_of
+from .folder import Folder, is_url
+from .manifest import SCHEMA, Manifest, name_of, paths, read
+from .parts import attached, quoted
+from .photos import Listing, Search, locate
+
+#: A shard is what a killed process loses: a few minutes at most. Small runs get shards of single photos.
+MAX_SHARD, SHARDS_OF_A_SMALL_RUN = 256, 64
+_ROWS_AT_ONCE = 50_000
+_SECONDS_TO_END = 2.0
+
+
+class Newcomers:
+    """A thread that lists the photos named and, once allowed, appends those that are new to the manifest.
+
+    An archive of a million photos takes a while to walk, over a network minutes: meanwhile what is known already can
+    be measured. `close` ends the thread, wherever it is.
+    """
+
+    def __init__(self, folder: Folder, named: Search | Sequence[str], known: Manifest | None) -> None:
+        self._stop, self._allowed = Event(), Event()
+        self._duck = attached(folder).cursor()  # a thread needs one of its own
+        self._found: Future[Manifest] = Future()
+        # A daemon: whoever ends the run does not wait for a disk far away.
+        self._thread = Thread(target=self._run, args=(folder, named, known), daemon=True)
+        self._thread.start()
+
+    def _run(self, folder: Folder, named: Search | Sequence[str], known: Manifest | None) -> None:
+        try:
+            self._found.set_result(self._completed(folder, named, known))
+        except BaseException as error:
+            self._found.set_exception(error)
+
+    def _completed(self, folder: Folder, named: Search | Sequence[str], known: Manifest | None) -> Manifest:
+        listing = named.listing(self._stop.is_set) if isinstance(named, Search) else named
+        manifest, new = compared(folder, known, listing, self._duck)
+        self._allowed.wait()
+        while new and not self._stop.is_set():
+            append(folder, manifest, new, self._duck)
+            # Somebody else may have been first: then what they left is to be appended.
+            moved, known = manifest.moved_to, read(folder, self._duck)
+            manifest, new = compared(folder, known, listing, self._duck)
+            manifest = manifest if manifest.moved_to or moved is None else manifest.moved(moved)
+        return manifest
+
+    def allow(self) -> None:
+        """Let what is new be written: the run was found to be of the kind that is in the folder."""
+        self._allowed.set()
+
+    def done(self) -> bool:
+        """Return whether `result` would not wait."""
+        return self._found.done()
+
+    def result(self) -> Manifest:
+        """Wait for the manifest with everything in it; raises what went wrong."""
+        return self._found.result()
+
+    def close(self) -> None:
+        """End the thread, or leave it where it waits for a disk."""
+        self._stop.set()
+        self._allowed.set()
+        self._thread.join(_SECONDS_TO_END)
+
+
+def frozen(folder: Folder, listing: Listing | Sequence[str]) -> Manifest:
+    """Return the manifest of a results folder, made now or extended by what is new in `listing`.
+
+    listing: photos as found, or names of recorded photos. Several machines may do this at once: one of them writes.
+    """
+    newcomers = Newcomers(folder, listing if not isinstance(listing, Listing) else Search.of(listing), read(folder))
+    newcomers.allow()
+    try:
+        return newcomers.result()
+    finally:
+        newcomers.close()
+
+
+def compared(
+    folder: Folder, known: Manifest | None, listing: Listing | Sequence[str], duck: Any
+) -> tuple[Manifest, list[str]]:
+    """Return the manifest and which names of the listing it lacks, relative to its own root."""
+    root = listing.root if isinstance(listing, Listing) else None
+    names = listing.names if isinstance(listing, Listing) else sorted(set(listing))
+    if known is None:
+        return Manifest(folder, root), list(names)
+    new = _lacking(known.names(duck), names)
+    if root == known.root or root is None or known.root is None:
+        return known, new
+    if len(names) - len(new) == len(known):  # the archive is mounted elsewhere now
+        return known.moved(root), new
+    if is_url(root) or is_url(known.root):
+        raise OutputError(
+            f"the results so far are of photos in {known.root}, not {root}: name another --out, or --restart"
+        )
+    anew = sorted(os.path.relpath(locate(root, n), known.root).replace(os.sep, "/") for n in names)
+    return known, _lacking(known.names(duck), anew)
+
+
+def _lacking(known: Iterator[str], names: Sequence[str]) -> list[str]:
+    """Return the names that are not known; both come in their order, so that only the new ones are kept."""
+    new: list[str] = []
+    current = next(known, None)
+    for name in names:
+        while current is not None and current < name:
+            current = next(known, None)
+        if current != name:
+            new.append(name)
+    return new
+
+
+def append(folder: Folder, manifest: Manifest, new: Sequence[str], duck: Any) -> bool:
+    """Write the new photos as one more manifest file; return whether nobody else was first."""
+    root = manifest.moved_to or manifest.root
+    none = np.full(len(new), -1, dtype=np.int64)
+    sizes, alike, older_shards = none, Copies(none, none), none
+    if root is not None:
+        sizes, alike, older_shards = _alike(folder, manifest, root, new, duck)
+    shards = shards_of(alike.twin, manifest.n_shards)
+    with folder.scratch() as path:
+        duck.execute(
+            "CREATE OR REPLACE TEMP TABLE newcomers (shard INTEGER, photo VARCHAR, bytes BIGINT, twin BIGINT, "
+            "original_shard BIGINT)"
+        )
+        for start in range(0, len(new), _ROWS_AT_ONCE):
+            rows = slice(start, start + _ROWS_AT_ONCE)
+            columns = [shards, np.array(new, dtype=object), sizes, alike.twin, older_shards]
+            shard, photo, size, twin, original = (column[rows].tolist() for column in columns)
+            duck.execute(
+                "INSERT INTO newcomers SELECT unnest($1::INTEGER[]), unnest($2::VARCHAR[]), "
+                "nullif(unnest($3::BIGINT[]), -1), nullif(unnest($4::BIGINT[]), -1), nullif(unnest($5::BIGINT[]), -1)",
+                [shard, photo, size, twin, original],
+            )
+        header = quoted(json.dumps({"schema": SCHEMA, "root": manifest.root}))
+        duck.execute(
+            f"COPY (SELECT * FROM newcomers ORDER BY shard, photo) TO {quoted(path)} "
+            f"(FORMAT parquet, COMPRESSION zstd, ROW_GROUP_SIZE 20480, KV_METADATA {{proxemetry: {header}}})"
+        )
+        duck.execute("DROP TABLE newcomers")
+        with open(path, "rb") as file:
+            return folder.create(name_of(manifest.files), file.read())
+
+
+def _alike(
+    folder: Folder, manifest: Manifest, root: str, new: Sequence[str], duck: Any
+) -> tuple[Sizes, Copies, NDArray[np.int64]]:
+    """Return the new photos' sizes, which of them may be copies, and the shards of the older ones they may be of."""
+    sizes = sizes_of(root, new)
+    old_names, old_sizes, old_shards = _older(folder, manifest, sizes, duck)
+    chosen = np.flatnonzero(repeated(sizes, old_sizes))
+    ends = ends_of(root, [new[i] for i in chosen.tolist()], sizes[chosen])
+    old_ends: Ends = ends_of(root, old_names, old_sizes)
+    found = copies(sizes[chosen], ends, old_sizes, old_ends)
+    twin, shard = (np.full(len(new), -1, dtype=np.int64) for _ in range(2))
+    twin[chosen] = np.where(found.twin >= 0, chosen[found.twin], -1)
+    shard[chosen] = np.append(old_shards, -1)[found.original]
+    return sizes, Copies(twin, shard), shard
+
+
+def _older(folder: Folder, manifest: Manifest, sizes: Sizes, duck: Any) -> tuple[list[str], Sizes, NDArray[np.int64]]:
+    """Return names, sizes and shards of the photos in the manifest that are as large as a new one."""
+    if not manifest.files:
+        nothing = np.zeros(0, dtype=np.int64)
+        return [], nothing, nothing
+    duck.execute("CREATE OR REPLACE TEMP TABLE looked_for AS SELECT unnest($1::BIGINT[]) AS bytes", [
+        np.unique(sizes[sizes >= 0]).tolist()
+    ])  # fmt: skip
+    rows = duck.execute(
+        "SELECT photo, bytes, shard FROM read_parquet($paths) SEMI JOIN looked_for USING (bytes) ORDER BY shard, photo",
+        {"paths": paths(folder)},
+    ).fetchall()
+    size, shard = (np.array([row[k] for row in rows], dtype=np.int64) for k in (1, 2))
+    return [row[0] for row in rows], size, shard
+
+
+def shards_of(twins: NDArray[np.int64], first: int) -> NDArray[np.int64]:
+    """Return each photo's shard: even runs in the order of names, twins all in the shard of the first of them."""
+    leads = (twins < 0) | (twins == np.arange(len(twins)))
+    size = max(1, min(MAX_SHARD, -(-len(twins) // SHARDS_OF_A_SMALL_RUN)))
+    shards = first + (np.cumsum(leads) - 1) // size
+    return np.where(leads, shards, shards[twins])
