@@ -42,7 +42,7 @@ class Copies:
 def sizes_of(root: str, names: Sequence[str]) -> Sizes:
     """Return the files' sizes in bytes, -1 where one cannot be told: whoever measures says what is wrong."""
     if not is_url(root):
-        return _mapped(lambda name: _size(locate(root, name)), names, np.int64)
+        return _mapped(lambda name: _size(root, name), names, np.int64)
     found: dict[str, Any] = open_filesystem(root).find(root, detail=True)
     prefix = root.partition("://")[2].rstrip("/").lstrip("/") + "/"
     sizes = {path.lstrip("/").removeprefix(prefix): info.get("size") for path, info in found.items()}
@@ -88,9 +88,13 @@ def _mapped(function: Callable[[str], int], names: Sequence[str], kind: Any) -> 
         return np.fromiter((value for batch in found for value in batch), dtype=kind, count=len(names))
 
 
-def _size(path: str) -> int:
+def _size(root: str, name: str) -> int:
     try:
-        return os.stat(path).st_size
+        return os.stat(f"{root}/{name}").st_size
+    except OSError:
+        pass
+    try:
+        return os.stat(locate(root, name)).st_size
     except OSError:
         return -1
 

@@ -21,7 +21,6 @@ from .photos import Listing, Search, locate
 
 #: A shard is what a killed process loses: a few minutes at most. Small runs get shards of single photos.
 MAX_SHARD, SHARDS_OF_A_SMALL_RUN = 256, 64
-_ROWS_AT_ONCE = 50_000
 _SECONDS_TO_END = 2.0
 
 
@@ -131,26 +130,19 @@ def append(folder: Folder, manifest: Manifest, new: Sequence[str], duck: Any) ->
     if root is not None:
         sizes, alike, older_shards = _alike(folder, manifest, root, new, duck)
     shards = shards_of(alike.twin, manifest.n_shards)
+    duck.register("newcomers", {
+        "shard": shards, "photo": np.array(new, dtype=object), "bytes": sizes, "twin": alike.twin,
+        "original_shard": older_shards,
+    })  # fmt: skip
+    header = quoted(json.dumps({"schema": SCHEMA, "root": manifest.root}))
     with folder.scratch() as path:
         duck.execute(
-            "CREATE OR REPLACE TEMP TABLE newcomers (shard INTEGER, photo VARCHAR, bytes BIGINT, twin BIGINT, "
-            "original_shard BIGINT)"
-        )
-        for start in range(0, len(new), _ROWS_AT_ONCE):
-            rows = slice(start, start + _ROWS_AT_ONCE)
-            columns = [shards, np.array(new, dtype=object), sizes, alike.twin, older_shards]
-            shard, photo, size, twin, original = (column[rows].tolist() for column in columns)
-            duck.execute(
-                "INSERT INTO newcomers SELECT unnest($1::INTEGER[]), unnest($2::VARCHAR[]), "
-                "nullif(unnest($3::BIGINT[]), -1), nullif(unnest($4::BIGINT[]), -1), nullif(unnest($5::BIGINT[]), -1)",
-                [shard, photo, size, twin, original],
-            )
-        header = quoted(json.dumps({"schema": SCHEMA, "root": manifest.root}))
-        duck.execute(
-            f"COPY (SELECT * FROM newcomers ORDER BY shard, photo) TO {quoted(path)} "
+            "COPY (SELECT shard::INTEGER AS shard, photo::VARCHAR AS photo, nullif(bytes, -1) AS bytes, "
+            "nullif(twin, -1) AS twin, nullif(original_shard, -1)::INTEGER AS original_shard FROM newcomers "
+            f"ORDER BY shard, photo) TO {quoted(path)} "
             f"(FORMAT parquet, COMPRESSION zstd, ROW_GROUP_SIZE 20480, KV_METADATA {{proxemetry: {header}}})"
         )
-        duck.execute("DROP TABLE newcomers")
+        duck.unregister("newcomers")
         with open(path, "rb") as file:
             return folder.create(name_of(manifest.files), file.read())
 
@@ -176,13 +168,12 @@ def _older(folder: Folder, manifest: Manifest, sizes: Sizes, duck: Any) -> tuple
     if not manifest.files:
         nothing = np.zeros(0, dtype=np.int64)
         return [], nothing, nothing
-    duck.execute("CREATE OR REPLACE TEMP TABLE looked_for AS SELECT unnest($1::BIGINT[]) AS bytes", [
-        np.unique(sizes[sizes >= 0]).tolist()
-    ])  # fmt: skip
+    duck.register("looked_for", {"bytes": np.unique(sizes[sizes >= 0])})
     rows = duck.execute(
         "SELECT photo, bytes, shard FROM read_parquet($paths) SEMI JOIN looked_for USING (bytes) ORDER BY shard, photo",
         {"paths": paths(folder)},
     ).fetchall()
+    duck.unregister("looked_for")
     size, shard = (np.array([row[k] for row in rows], dtype=np.int64) for k in (1, 2))
     return [row[0] for row in rows], size, shard
 
