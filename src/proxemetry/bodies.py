@@ -108,5 +108,11 @@ class Bodies:
 
     @property
     def position_sd_m(self) -> FloatArray:
-        """Shape (P, 3): the standard deviation of each coordinate."""
-        return np.sqrt(np.diag(self.covariance_m2)).reshape(-1, 3)
+        """Shape (P, 3): the standard deviation of each coordinate about `positions_m`, over all explanations."""
+        variance = np.diag(self.covariance_m2).reshape(-1, 3)
+        if self.modes:
+            apart = [
+                np.diag(m.covariance_m2).reshape(-1, 3) + (m.positions_m - self.positions_m) ** 2 for m in self.modes
+            ]
+            variance = np.average(apart, axis=0, weights=[m.weight for m in self.modes])
+        return np.sqrt(variance)

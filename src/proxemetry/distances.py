@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from .bodies import Bodies
 
 FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
 
 #: Hall 1966: upper limits of the zones in metres; beyond the last is public.
 ZONES = ("intimate", "personal", "social", "public")
@@ -210,31 +211,44 @@ def _group_probability(bodies: Bodies) -> FloatArray:
         return result
     frame = ground_frame(bodies.up)[:2]
     ground = bodies.positions_m @ frame.T
+    a, b = (known[k] for k in np.triu_indices(len(known), 1))
     points = _standard_normal(4)
     points = np.concatenate([points, points[:, [0, 1, 3, 2]]])  # neither of a pair comes first
-    for i, a in enumerate(known):
-        for b in known[i + 1 :]:
-            spread = frame @ _pair_covariance(bodies.covariance_m2, np.array([a]), np.array([b]))[0] @ frame.T
-            values, vectors = np.linalg.eigh(spread)
-            shift = points[:, :2] @ (vectors * np.sqrt(np.maximum(values, 0.0))).T / 2
-            turn = points[:, 2:] * bodies.heading_sd_rad[[a, b]] + bodies.heading_rad[[a, b]]
-            others = np.delete(ground, [a, b], axis=0)
-            others = others[np.isfinite(others).all(axis=1)]
-            result[a, b] = result[b, a] = _facing_share(ground[a] + shift, ground[b] - shift, turn, others)
+    spread = frame @ _pair_covariance(bodies.covariance_m2, a, b) @ frame.T
+    values, vectors = np.linalg.eigh(spread)
+    root = vectors * np.sqrt(np.maximum(values, 0.0))[:, None, :]
+    # a place on the ground as one complex number, right + i forward
+    shift = _complex(points[:, :2] @ root.transpose(0, 2, 1)) / 2  # (pairs, draws)
+    place = _complex(ground)
+    near = _squared((place[a] - place[b])[:, None] + 2 * shift) <= GROUP_REACH_M**2
+    placed = np.flatnonzero(bodies.placed)
+    for k in range(len(a)):
+        i, j, drawn = int(a[k]), int(b[k]), near[k]
+        turn = points[drawn, 2:] * bodies.heading_sd_rad[[i, j]] + bodies.heading_rad[[i, j]]
+        others = place[placed[(placed != i) & (placed != j)]]
+        facing = -1j * np.exp(1j * turn.T)  # sin h - i cos h
+        grouped = _face_each_other(place[i] + shift[k, drawn], place[j] - shift[k, drawn], facing, others)
+        result[i, j] = result[j, i] = grouped.sum() / len(points)
     return result
 
 
-def _facing_share(a: FloatArray, b: FloatArray, turn: FloatArray, others: FloatArray) -> float:
-    """Return the share of draws (n, 2 each) in which two people interact, for any of the radii."""
-    near = np.linalg.norm(a - b, axis=-1) <= GROUP_REACH_M
-    facing = np.stack([np.sin(turn), -np.cos(turn)], axis=-1)  # (n, person, right/forward)
+def _complex(points: FloatArray) -> ComplexArray:
+    return points[..., 0] + 1j * points[..., 1]
+
+
+def _squared(values: ComplexArray) -> FloatArray:
+    return values.real**2 + values.imag**2
+
+
+def _face_each_other(a: ComplexArray, b: ComplexArray, facing: ComplexArray, others: ComplexArray) -> NDArray[np.bool_]:
+    """Return in which draws two people at a and b (n,), facing (2, n), interact, for any of the radii."""
     grouped = np.zeros(len(a), dtype=bool)
     for radius in GROUP_RADII_M:
-        mine, yours = a + radius * facing[:, 0], b + radius * facing[:, 1]
+        mine, yours = a + radius * facing[0], b + radius * facing[1]
         centre = (mine + yours) / 2
-        inward = np.linalg.norm(mine - yours, axis=-1) <= np.minimum(
-            np.linalg.norm(a - centre, axis=-1), np.linalg.norm(b - centre, axis=-1)
-        )
-        gaps = np.linalg.norm(centre[:, None] - others[None], axis=-1).min(axis=1, initial=np.inf)
-        grouped |= inward & (gaps > radius)
-    return float((near & grouped).mean())
+        reach2 = np.minimum(_squared(a - centre), _squared(b - centre))
+        inward = np.flatnonzero(~grouped & (_squared(mine - yours) <= reach2))
+        if len(inward):
+            apart2 = _squared(centre[inward, None] - others)
+            grouped[inward] = apart2.min(axis=1, initial=np.inf) > radius**2
+    return grouped

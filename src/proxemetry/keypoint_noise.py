@@ -55,12 +55,21 @@ class NoiseLaw:
 
     def sd_px(self, joint: str, score: ArrayLike, body_px: ArrayLike) -> FloatArray:
         """Return the standard deviation along one image axis, pixels; NaN where the score is 0."""
+        kind = _kind(joint)
+        definition = self.definition.get(kind, self.definition["other"])
+        return np.hypot(
+            self.floor_px, np.hypot(definition, self.waver(joint, score)) * np.asarray(body_px, dtype=float)
+        )
+
+    def waver(self, joint: str, score: ArrayLike) -> FloatArray:
+        """Return how far the detector's answer strays from its own mean, in statures; NaN where the score is 0."""
         scores = np.asarray(score, dtype=float)
         usable = np.where(scores > 0, np.clip(scores, _LOWEST_SCORE, 1.0), np.nan)
-        kind = joint.removeprefix("left_").removeprefix("right_")
-        definition = self.definition.get(kind, self.definition["other"])
-        spread = self.spread.get(kind, self.spread["other"]) * usable**-self.score_power
-        return np.hypot(self.floor_px, np.hypot(definition, spread) * np.asarray(body_px, dtype=float))
+        return self.spread.get(_kind(joint), self.spread["other"]) * usable**-self.score_power
+
+
+def _kind(joint: str) -> str:
+    return joint.removeprefix("left_").removeprefix("right_")
 
 
 #: Below this score a joint is no worse: the power law was measured above it.

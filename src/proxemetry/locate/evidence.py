@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..camera import Camera
+from ..keypoint_noise import law_of
 from ..people import People
 from .body_model import BodyModel
 
@@ -32,7 +33,7 @@ class Evidence:
 
     points: FloatArray
     seen: NDArray[np.bool_]
-    noise_scale: FloatArray
+    waver: FloatArray
     resolution: float
     heading_rad: FloatArray
     heading_sd_rad: FloatArray
@@ -50,8 +51,15 @@ def evidence_of(people: People, camera: Camera, model: BodyModel) -> Evidence:
     return Evidence(
         points=np.where(seen[..., None], points, 0.0),
         seen=seen,
-        noise_scale=np.clip(scores, LOWEST_SCORE, 1.0) ** -0.5,
+        waver=_waver(people, scores, model),
         resolution=_RESOLUTION * diagonal / camera.f_px,
         heading_rad=people.heading_rad,
         heading_sd_rad=people.heading_sd_rad,
     )
+
+
+def _waver(people: People, scores: FloatArray, model: BodyModel) -> FloatArray:
+    law = law_of(people.skeleton.name)
+    joints = [people.skeleton.joints[column] for column in model.columns]
+    columns = [law.waver(joint, scores[:, k]) for k, joint in enumerate(joints)]
+    return np.nan_to_num(np.stack(columns, axis=1))

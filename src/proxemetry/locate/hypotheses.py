@@ -16,7 +16,7 @@ from ..anthropometry import Population, moments, populations
 from .body_model import POSTURE_WEIGHTS, BodyModel
 from .evidence import Evidence
 from .projection import DEPTH, HEADING, LOG_LENGTHS, N_LOCAL, POINT, POSTURE, TURN, BodyTables
-from .solver import Fit, Rows
+from .solver import Explanations, Rows
 from .start import HEADINGS, Start
 
 FloatArray = NDArray[np.float64]
@@ -157,11 +157,11 @@ def _priors(
 def keypoint_precision(evidence: Evidence, model: BodyModel, scale: FloatArray) -> FloatArray:
     """Return one over the noise of every keypoint (P, K), 0 where unseen: a share of the body's size, never below what
     a detector resolves."""
-    sd = np.hypot(model.spread * scale[:, None], evidence.resolution) * evidence.noise_scale
+    sd = np.hypot(np.hypot(model.spread, evidence.waver) * scale[:, None], evidence.resolution)
     return evidence.seen / sd
 
 
-def log_evidence(fit: Fit, rows: Rows, log_prior: FloatArray) -> FloatArray:
+def log_evidence(explanations: Explanations, rows: Rows, log_prior: FloatArray) -> FloatArray:
     """Return the log of each row's posterior weight (R,), up to a constant of its person (Laplace)."""
-    _, volume = np.linalg.slogdet(fit.hessian[:, :N_LOCAL, :N_LOCAL])
-    return log_prior - fit.row_cost + 0.5 * (rows.prior_log_volume - volume)
+    _, volume = np.linalg.slogdet(explanations.precision)
+    return log_prior - explanations.cost + 0.5 * (rows.prior_log_volume - volume)

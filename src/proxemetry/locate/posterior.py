@@ -24,7 +24,7 @@ from .projection import (
     torso_jacobian,
     torso_position,
 )  # fmt: skip
-from .solver import Fit, Rows, schur, solved
+from .solver import Explanations, Fit, Rows, schur, solved
 
 FloatArray = NDArray[np.float64]
 
@@ -99,28 +99,29 @@ class Placed:
 
 
 def placed_people(
-    rows: Rows, everyone: Fit, log_weight: FloatArray, first: NDArray[np.intp], fit: Fit, evidence: Evidence,
-    model: BodyModel, on_floor: NDArray[np.bool_],
+    rows: Rows, explanations: Explanations, log_weight: FloatArray, first: NDArray[np.intp], fit: Fit,
+    evidence: Evidence, model: BodyModel, on_floor: NDArray[np.bool_],
 ) -> Placed:  # fmt: skip
     """Return everybody's place from the joint fit of their best rows and the alternatives' weights."""
     weights = _normalised(rows.person, log_weight, len(first))
     local_sd, covariance = _covariance(fit)
-    shift = _folded(rows, everyone, weights, first, fit)
+    choices = _ambiguous(rows, explanations, weights, first)
+    shift = _folded(rows, explanations, weights, first, fit, choices)
     blocks = np.arange(3 * len(first)).reshape(-1, 3)
     covariance[blocks[:, :, None], blocks[:, None, :]] += shift
-    heading, heading_sd = _headings(rows, everyone, weights, local_sd, fit, len(first))
+    heading, heading_sd = _headings(rows, explanations, weights, local_sd, fit, len(first))
     stature = np.exp(fit.local[:, _STATURE])
     return Placed(
         positions_m=torso_position(fit.local, fit.shared),
         covariance_m2=covariance,
         basis=_basis(evidence, fit, model, on_floor),
-        up=-camera_axes(fit.shared[PITCH], fit.shared[ROLL])[0][:, 1],
+        up=-camera_axes(fit.shared[[PITCH]], fit.shared[[ROLL]])[0, :, 1],
         heading_rad=heading,
         heading_sd_rad=heading_sd,
         stature_m=stature,
         stature_sd_m=stature * local_sd[:, _STATURE],
         floor=_floor(fit, on_floor),
-        modes=_modes(rows, everyone, weights, first, fit),
+        modes=_modes(choices, explanations, weights, first, fit),
     )
 
 
@@ -138,8 +139,9 @@ def _covariance(fit: Fit) -> tuple[FloatArray, FloatArray]:
     by_shared = inverse @ fit.hessian[:, :N_LOCAL, N_LOCAL:]
     shared = np.linalg.inv(schur(fit, by_shared))
     variance = np.einsum("rii->ri", inverse) + np.einsum("ris,st,rit->ri", by_shared, shared, by_shared)
-    by_local, direct = torso_jacobian(fit.local, fit.shared)
-    sensitivity = direct - by_local @ by_shared[:, :3]
+    jacobian = torso_jacobian(torso_position(fit.local, fit.shared), fit.shared)
+    by_local = jacobian[..., :3]
+    sensitivity = jacobian[..., N_LOCAL:] - by_local @ by_shared[:, :3]
     flat = sensitivity.reshape(-1, N_SHARED)
     covariance = flat @ shared @ flat.T
     blocks = np.arange(len(flat)).reshape(-1, 3)
@@ -147,62 +149,84 @@ def _covariance(fit: Fit) -> tuple[FloatArray, FloatArray]:
     return np.sqrt(variance), (covariance + covariance.T) / 2
 
 
-def _far(rows: Rows, everyone: Fit, first: NDArray[np.intp]) -> NDArray[np.bool_]:
+def _far(rows: Rows, explanations: Explanations, first: NDArray[np.intp]) -> NDArray[np.bool_]:
     """Return which rows put their person elsewhere than its best row does, beyond their own uncertainty."""
-    own = everyone.hessian[:, :N_LOCAL, :N_LOCAL]
-    unit = np.zeros((len(own), N_LOCAL, 1))
+    unit = np.zeros((len(rows), N_LOCAL + N_SHARED, 1))
     unit[:, DEPTH] = 1.0
-    sd = np.sqrt(np.linalg.solve(own, unit)[:, DEPTH, 0])
+    sd = np.sqrt(np.linalg.solve(explanations.precision, unit)[:, DEPTH, 0])
     best = first[rows.person]
-    apart = np.abs(everyone.local[:, DEPTH] - everyone.local[best, DEPTH])
+    apart = np.abs(explanations.local[:, DEPTH] - explanations.local[best, DEPTH])
     return apart > _APART * np.maximum(sd, sd[best])
 
 
-def _folded(rows: Rows, everyone: Fit, weights: FloatArray, first: NDArray[np.intp], fit: Fit) -> FloatArray:
-    """Return what explanations near the best one add to each person's covariance (P, 3, 3)."""
-    position = torso_position(everyone.local, fit.shared)
-    near = ~_far(rows, everyone, first)
-    kept = np.where(near, weights, 0.0)
+def _ambiguous(
+    rows: Rows, explanations: Explanations, weights: FloatArray, first: NDArray[np.intp]
+) -> dict[int, list[int]]:  # fmt: skip
+    """Return the people whose explanations stay apart: person -> its rows, the best first. The likeliest few only."""
+    far = _far(rows, explanations, first) & (weights > _LEAST_WEIGHT)
+    choices: dict[int, list[int]] = {}
+    for row in np.flatnonzero(far)[np.argsort(-weights[far], kind="stable")]:
+        person = int(rows.person[row])
+        if person in choices or len(choices) < _MOST_AMBIGUOUS:
+            choices.setdefault(person, [int(first[person])]).append(int(row))
+    return choices
+
+
+def _folded(
+    rows: Rows, explanations: Explanations, weights: FloatArray, first: NDArray[np.intp], fit: Fit,
+    choices: dict[int, list[int]],
+) -> FloatArray:  # fmt: skip
+    """Return what the explanations that are no modes of their own add to each person's covariance (P, 3, 3)."""
+    position = torso_position(explanations.local, explanations.shared)
+    apart_rows = [row for chosen in choices.values() for row in chosen[1:]]
+    kept = weights.copy()
+    kept[apart_rows] = 0.0
     apart = position - position[first[rows.person]]
     result = np.zeros((len(first), 3, 3))
     np.add.at(result, rows.person, kept[:, None, None] * apart[:, :, None] * apart[:, None, :])
     return result
 
 
-def _modes(rows: Rows, everyone: Fit, weights: FloatArray, first: NDArray[np.intp], fit: Fit) -> tuple[Mode, ...]:
+def _modes(
+    choices: dict[int, list[int]], explanations: Explanations, weights: FloatArray, first: NDArray[np.intp], fit: Fit
+) -> tuple[Mode, ...]:  # fmt: skip
     """Return the joint explanations where people have alternatives apart from their best; empty where nobody has."""
-    far = _far(rows, everyone, first) & (weights > _LEAST_WEIGHT)
-    choices: dict[int, list[int]] = {}
-    for row in np.flatnonzero(far)[np.argsort(-weights[far], kind="stable")]:
-        person = int(rows.person[row])
-        if person in choices or len(choices) < _MOST_AMBIGUOUS:
-            choices.setdefault(person, [int(first[person])]).append(int(row))
     if not choices:
         return ()
+    own, cross = fit.hessian[:, :N_LOCAL, :N_LOCAL], fit.hessian[:, :N_LOCAL, N_LOCAL:]
+    by_shared = solved(own, cross)
     modes: list[Mode] = []
     for combination in product(*choices.values()):
         chosen = first.copy()
         chosen[list(choices)] = combination
         weight = float(np.prod([weights[row] for row in combination]))
-        local = fit.local.copy()
         moved = np.flatnonzero(chosen != first)
-        local[moved] = everyone.local[chosen[moved]]
+        # the camera follows each alternative, and everybody else the camera
+        shift = (explanations.shared[chosen[moved]] - fit.shared).sum(axis=0)
+        local = fit.local - by_shared @ shift
         hessian = fit.hessian.copy()
-        hessian[moved] = everyone.hessian[chosen[moved]]
-        explained = Fit(local, fit.shared, hessian, fit.shared_precision, fit.row_cost, fit.shared_cost, fit.weights,
-                        fit.floor_weight)  # fmt: skip
-        modes.append(Mode(weight, torso_position(local, fit.shared), _covariance(explained)[1]))
+        for person in moved:
+            row = chosen[person]
+            rest = shift - (explanations.shared[row] - fit.shared)
+            local[person] = explanations.local[row] - _by_shared(explanations.hessian[row]) @ rest
+            hessian[person] = explanations.hessian[row]
+        explained = replace(fit, local=local, shared=fit.shared + shift, hessian=hessian)
+        modes.append(Mode(weight, torso_position(local, explained.shared), _covariance(explained)[1]))
     total = sum(m.weight for m in modes)
     modes = [Mode(m.weight / total, m.positions_m, m.covariance_m2) for m in modes]
     return tuple(sorted(modes, key=lambda m: -m.weight))
 
 
+def _by_shared(hessian: FloatArray) -> FloatArray:
+    return solved(hessian[:N_LOCAL, :N_LOCAL], hessian[:N_LOCAL, N_LOCAL:])
+
+
 def _headings(
-    rows: Rows, everyone: Fit, weights: FloatArray, local_sd: FloatArray, fit: Fit, count: int
+    rows: Rows, explanations: Explanations, weights: FloatArray, local_sd: FloatArray, fit: Fit, count: int
 ) -> tuple[FloatArray, FloatArray]:
     """Return the heading of the best explanation, and the spread of all about it, radians (P,)."""
     heading = np.angle(np.exp(1j * fit.local[:, HEADING]))
-    apart = np.angle(np.exp(1j * (everyone.local[:, HEADING] - heading[rows.person])))
+    apart = np.angle(np.exp(1j * (explanations.local[:, HEADING] - heading[rows.person])))
     variance = local_sd[:, HEADING] ** 2 + np.bincount(rows.person, weights * apart**2, minlength=count)
     return heading, np.minimum(np.sqrt(variance), np.pi / np.sqrt(3))  # no wider than knowing nothing
 

@@ -63,130 +63,151 @@ class BodyTables:
 
 @dataclass(frozen=True, eq=False)
 class Projected:
-    """Keypoints of R rows with derivatives.
+    """Keypoints of R rows, with what their derivatives follow from.
 
-    points: shape (R, 2, K). jacobian: shape (R, 2, K, N_LOCAL + N_SHARED). floor: shape (R,), how far the sole is
-    above the floor in metres, floor_jacobian: shape (R, N_LOCAL + N_SHARED).
+    points: shape (R, 2, K). floor: shape (R,), how far the sole is above the floor in metres, floor_jacobian: shape
+    (R, N_LOCAL + N_SHARED). ideal: shape (R, 2, K), at focal length 1; enlarged: at the estimated one.
+    focal_over_depth: shape (R, 1, K). moved: shape (R, 3, K, N_LOCAL + N_SHARED), the derivatives of the joints in the
+    camera frame.
     """
 
     points: FloatArray
-    jacobian: FloatArray
     floor: FloatArray
     floor_jacobian: FloatArray
+    ideal: FloatArray
+    enlarged: FloatArray
+    focal_over_depth: FloatArray
+    moved: FloatArray
+
+    def jacobian(self, weight: FloatArray) -> FloatArray:
+        """Return the derivatives of the points (R, 2, K, N_LOCAL + N_SHARED), each point's times its weight (R, K)."""
+        weight = weight[:, None]
+        result = self.ideal[..., None] * self.moved[:, 2:]
+        np.subtract(self.moved[:, :2], result, out=result)
+        result *= (self.focal_over_depth * weight)[..., None]
+        # focal length and principal point move the points themselves too
+        result[..., N_LOCAL + FOCAL] += self.enlarged * weight
+        result[:, 0, :, N_LOCAL + PRINCIPAL.start] += weight[:, 0]
+        result[:, 1, :, N_LOCAL + PRINCIPAL.start + 1] += weight[:, 0]
+        return result
 
 
-def camera_axes(pitch: float, roll: float) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return the matrix (3, 3) from world to camera axes, and its derivatives by pitch and by roll."""
+def camera_axes(pitch: FloatArray, roll: FloatArray) -> FloatArray:
+    """Return the matrices (R, 3, 3) from world to camera axes, of pitches and rolls (R,)."""
     cp, sp, cr, sr = np.cos(pitch), np.sin(pitch), np.cos(roll), np.sin(roll)
-    matrix = np.array([[cr, -sr * cp, sr * sp], [sr, cr * cp, -cr * sp], [0.0, sp, cp]])
-    by_pitch = np.array([[0.0, sr * sp, sr * cp], [0.0, -cr * sp, -cr * cp], [0.0, cp, -sp]])
-    by_roll = np.array([[-sr, -cr * cp, cr * sp], [cr, -sr * cp, sr * sp], [0.0, 0.0, 0.0]])
-    return matrix, by_pitch, by_roll
+    matrix = np.zeros((len(cp), 3, 3))
+    matrix[:, 0, 0], matrix[:, 0, 1], matrix[:, 0, 2] = cr, -sr * cp, sr * sp
+    matrix[:, 1, 0], matrix[:, 1, 1], matrix[:, 1, 2] = sr, cr * cp, -cr * sp
+    matrix[:, 2, 1], matrix[:, 2, 2] = sp, cp
+    return matrix
 
 
-def body_axes(heading: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the body's forward, left and up as columns of (R, 3, 3) in the world frame, and the derivative."""
+def turns(matrix: FloatArray, roll: FloatArray) -> FloatArray:
+    """Return what turning by heading, pitch and roll does to vectors of the camera frame: (R, 9, 3), in this order.
+
+    Each turns about an axis: up, the camera's x before its roll, and the optical axis.
+    """
+    result = np.zeros((len(matrix), 9, 3))
+    down = matrix[:, :, 1]
+    result[:, 0, 1], result[:, 0, 2], result[:, 1, 2] = down[:, 2], -down[:, 1], down[:, 0]
+    result[:, 1, 0], result[:, 2, 0], result[:, 2, 1] = -down[:, 2], down[:, 1], -down[:, 0]
+    cr, sr = np.cos(roll), np.sin(roll)
+    result[:, 3, 2], result[:, 4, 2], result[:, 5, 0], result[:, 5, 1] = sr, -cr, -sr, cr
+    result[:, 6, 1], result[:, 7, 0] = -1.0, 1.0
+    return result
+
+
+def body_axes(heading: FloatArray) -> FloatArray:
+    """Return the body's forward, left and up as columns of (R, 3, 3) in the world frame."""
     sine, cosine = np.sin(heading), np.cos(heading)
-    axes, by_heading = np.zeros((2, len(heading), 3, 3))
-    axes[:, 0, 0], axes[:, 2, 0], axes[:, 0, 1], axes[:, 2, 1] = sine, -cosine, cosine, sine
-    by_heading[:, 0, 0], by_heading[:, 2, 0], by_heading[:, 0, 1], by_heading[:, 2, 1] = cosine, sine, -sine, cosine
+    axes = np.zeros((len(heading), 3, 3))
+    axes[:, 0, 0] = axes[:, 2, 1] = sine
+    axes[:, 0, 1] = cosine
+    axes[:, 2, 0] = -cosine
     axes[:, 1, 2] = -1.0
-    return axes, by_heading
+    return axes
 
 
 def torso_position(local: FloatArray, shared: FloatArray) -> FloatArray:
-    """Return the torso's middle (R, 3) in the camera frame."""
+    """Return the torso's middle (R, 3) in the camera frame; shared is (N_SHARED,) or (R, N_SHARED)."""
+    result = np.empty((len(local), 3))
     depth = np.exp(local[:, DEPTH])
-    plane = (local[:, POINT] - shared[PRINCIPAL]) * np.exp(-shared[FOCAL])
-    return np.concatenate([plane * depth[:, None], depth[:, None]], axis=1)
+    plane = local[:, POINT] - shared[..., PRINCIPAL]
+    result[:, :2] = plane * (np.exp(-shared[..., FOCAL]) * depth)[:, None]
+    result[:, 2] = depth
+    return result
 
 
-def torso_jacobian(local: FloatArray, shared: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return derivatives of `torso_position` by the row's point and log depth (R, 3, 3), by the shared (R, 3, S)."""
-    position = torso_position(local, shared)
-    scale = position[:, 2] * np.exp(-shared[FOCAL])
-    by_local = np.zeros((len(local), 3, 3))
-    by_local[:, 0, 0] = by_local[:, 1, 1] = scale
-    by_local[:, :, 2] = position
-    by_shared = np.zeros((len(local), 3, N_SHARED))
-    by_shared[:, :2, FOCAL] = -position[:, :2]
-    by_shared[:, 0, PRINCIPAL.start] = by_shared[:, 1, PRINCIPAL.start + 1] = -scale
-    return by_local, by_shared
+def torso_jacobian(position: FloatArray, shared: FloatArray) -> FloatArray:
+    """Return the derivatives of the torso's middle (R, 3) by all unknowns, shape (R, 3, N_LOCAL + N_SHARED)."""
+    scale = position[:, 2] * np.exp(-shared[..., FOCAL])
+    result = np.zeros((len(position), 3, N_LOCAL + N_SHARED))
+    result[:, 0, 0] = result[:, 1, 1] = scale
+    result[:, :, DEPTH] = position
+    result[:, :2, N_LOCAL + FOCAL] = -position[:, :2]
+    result[:, 0, N_LOCAL + PRINCIPAL.start] = result[:, 1, N_LOCAL + PRINCIPAL.start + 1] = -scale
+    return result
 
 
 def project(local: FloatArray, shared: FloatArray, bodies: BodyTables) -> Projected:
-    """Project the rows' bodies, each with its own tables."""
-    lengths = np.exp(local[:, LOG_LENGTHS])
-    stature = lengths[:, _STATURE, None]
-    # a table's columns are log lengths and latents: what they multiply, and what their derivatives are scaled by
-    values = np.concatenate([lengths, stature * local[:, POSTURE]], axis=1)
-    scales = np.concatenate([lengths, np.repeat(stature, len(LATENTS), axis=1)], axis=1)
-    sized = (bodies.table[..., : len(LENGTHS)] @ lengths[:, None, :, None])[..., 0]
-    held = (bodies.table[..., len(LENGTHS) :] @ values[:, None, len(LENGTHS) :, None])[..., 0]
-    held += bodies.rest * stature[:, :, None]
-    body, head = sized + held, (bodies.head @ lengths[:, None, :, None])[..., 0]
-
-    matrix, by_pitch, by_roll = camera_axes(float(shared[PITCH]), float(shared[ROLL]))
-    axes, by_heading = body_axes(local[:, HEADING])
-    head_axes, by_turn = body_axes(local[:, HEADING] + local[:, TURN])
-    to_camera, head_to_camera = matrix @ axes, matrix @ head_axes
-    world = axes @ body + head_axes @ head
-    turned = matrix @ by_turn @ head
+    """Project the rows' bodies, each with its own tables, under one camera (N_SHARED,) or one each (R, N_SHARED)."""
+    count, joints = len(local), bodies.head.shape[1]
+    shared = np.broadcast_to(shared, (count, N_SHARED))
+    matrix = camera_axes(shared[:, PITCH], shared[:, ROLL])
+    turn = turns(matrix, shared[:, ROLL])
     torso = torso_position(local, shared)
-    by_point, by_shared = torso_jacobian(local, shared)
+    by_torso = torso_jacobian(torso, shared)
+    lengths = np.exp(local[:, LOG_LENGTHS])
+    stature = lengths[:, _STATURE, None, None]
+    # a table's columns are log lengths and latents: here they come in the camera frame, metres per unit of either
+    axes = matrix @ body_axes(local[:, HEADING])
+    head_axes = matrix @ body_axes(local[:, HEADING] + local[:, TURN])
+    linear = (axes @ bodies.table.reshape(count, 3, -1)).reshape(count, 3, joints, -1)
+    head = (head_axes @ bodies.head.reshape(3, -1)).reshape(count, 3, joints, -1)
+    linear[..., : len(LENGTHS)] += head
+    linear[..., : len(LENGTHS)] *= lengths[:, None, None]
+    linear[..., len(LENGTHS) :] *= stature[..., None]
+    head = (head @ lengths[:, None, :, None])[..., 0]
+    held = (linear[..., len(LENGTHS) :] @ local[:, None, POSTURE, None])[..., 0]
+    held += axes @ bodies.rest * stature
+    about = linear[..., : len(LENGTHS)].sum(axis=-1) + held  # the torso's middle
 
-    # derivatives of the joints in the camera frame, shape (R, 3, K, unknowns)
-    rows, _, count = head.shape
-    moved = np.zeros((rows, 3, count, N_LOCAL + N_SHARED))
-    moved[..., 0:3] = by_point[:, :, None]
-    moved[..., HEADING] = matrix @ by_heading @ body + turned
-    moved[..., TURN] = turned
-    linear = moved[..., LOG_LENGTHS.start : POSTURE.stop]
-    linear[:] = (to_camera @ bodies.table.reshape(rows, 3, -1)).reshape(rows, 3, count, -1)
-    linear[..., : len(LENGTHS)] += (head_to_camera @ bodies.head.reshape(3, -1)).reshape(rows, 3, count, -1)
-    linear *= scales[:, None, None]
-    linear[..., _STATURE] += to_camera @ held  # a body grows with its stature as a whole, posture and all
-    moved[..., N_LOCAL:] = by_shared[:, :, None]
-    moved[..., N_LOCAL + PITCH] += by_pitch @ world
-    moved[..., N_LOCAL + ROLL] += by_roll @ world
-    points, jacobian = _perspective(torso[:, :, None] + matrix @ world, moved, shared)
-    floor, floor_jacobian = _above_floor(local, shared, bodies, torso, by_point, by_shared)
-    return Projected(points, jacobian, floor, floor_jacobian)
+    moved = np.empty((count, 3, joints, N_LOCAL + N_SHARED))
+    moved[:] = by_torso[:, :, None]
+    moved[..., LOG_LENGTHS.start : POSTURE.stop] = linear
+    moved[..., LOG_LENGTHS.start + _STATURE] += held  # a body grows with its stature as a whole, posture and all
+    turned = turn @ about
+    moved[..., HEADING], moved[..., TURN] = turned[:, 0:3], turn[:, 0:3] @ head
+    moved[..., N_LOCAL + PITCH] += turned[:, 3:6]
+    moved[..., N_LOCAL + ROLL] += turned[:, 6:9]
 
-
-def _perspective(joints: FloatArray, moved: FloatArray, shared: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Divide by depth: joints (R, 3, K) and their derivatives (R, 3, K, N) to points (R, 2, K) and (R, 2, K, N)."""
-    focal = float(np.exp(shared[FOCAL]))
-    depth = np.maximum(joints[:, 2:], 0.05)  # a joint beside the lens must not divide by zero on the way
-    ideal = joints[:, :2] / depth
-    jacobian = (moved[:, :2] - ideal[..., None] * moved[:, 2:]) * (focal / depth)[..., None]
-    points = ideal * focal
-    jacobian[..., N_LOCAL + FOCAL] += points
-    jacobian[:, 0, :, N_LOCAL + PRINCIPAL.start] += 1.0
-    jacobian[:, 1, :, N_LOCAL + PRINCIPAL.start + 1] += 1.0
-    return points + shared[PRINCIPAL][:, None], jacobian
+    about += torso[:, :, None]
+    focal = np.exp(shared[:, FOCAL])[:, None, None]
+    depth = np.maximum(about[:, 2:], 0.05)  # a joint beside the lens must not divide by zero on the way
+    ideal = about[:, :2] / depth
+    enlarged = ideal * focal
+    points = enlarged + shared[:, PRINCIPAL, None]
+    floor, floor_jacobian = _above_floor(local, shared, bodies, lengths, torso, by_torso, matrix[:, :, 1], turn)
+    return Projected(points, floor, floor_jacobian, ideal, enlarged, focal / depth, moved)
 
 
 def _above_floor(
-    local: FloatArray, shared: FloatArray, bodies: BodyTables, torso: FloatArray, by_point: FloatArray,
-    by_shared: FloatArray,
+    local: FloatArray, shared: FloatArray, bodies: BodyTables, lengths: FloatArray, torso: FloatArray,
+    by_torso: FloatArray, down: FloatArray, turn: FloatArray,
 ) -> tuple[FloatArray, FloatArray]:  # fmt: skip
-    lengths = np.exp(local[:, LOG_LENGTHS])
+    """Return how far each sole is above the floor (R,), and the derivatives (R, N_LOCAL + N_SHARED)."""
     stature = lengths[:, _STATURE]
     held = stature * (bodies.torso_rest - local[:, _CROUCH] - 0.5 * local[:, _SLUMP])
-    matrix, by_pitch, by_roll = camera_axes(shared[PITCH], shared[ROLL])
-    down = matrix[:, 1]
-    height = np.exp(shared[HEIGHT])
+    height = np.exp(shared[:, HEIGHT])
     parts = bodies.torso * lengths
-    above = height - torso @ down - parts.sum(axis=1) - held - SHOE_M
-    jacobian = np.zeros((len(local), N_LOCAL + N_SHARED))
-    jacobian[:, 0:3] = -down @ by_point
+    above = height - (torso * down).sum(axis=1) - parts.sum(axis=1) - held - SHOE_M
+    jacobian = -(down[:, None] @ by_torso)[:, 0]
     jacobian[:, LOG_LENGTHS] = -parts
     jacobian[:, LOG_LENGTHS.start + _STATURE] -= held
     jacobian[:, _CROUCH] = stature
     jacobian[:, _SLUMP] = 0.5 * stature
-    jacobian[:, N_LOCAL:] = -down @ by_shared
-    jacobian[:, N_LOCAL + PITCH] -= torso @ by_pitch[:, 1]
-    jacobian[:, N_LOCAL + ROLL] -= torso @ by_roll[:, 1]
+    turned = (turn[:, 3:] @ down[..., None])[..., 0]
+    jacobian[:, N_LOCAL + PITCH] -= (torso * turned[:, :3]).sum(axis=1)
+    jacobian[:, N_LOCAL + ROLL] -= (torso * turned[:, 3:]).sum(axis=1)
     jacobian[:, N_LOCAL + HEIGHT] = height
     return above, jacobian

@@ -19,13 +19,14 @@ from .evidence import Evidence, evidence_of
 from .hypotheses import Guesses, body_types, guesses_of, keypoint_precision, log_evidence, rows_of
 from .posterior import Placed, placed_people
 from .projection import DEPTH, FOCAL, HEIGHT, LOG_LENGTHS, N_SHARED, PITCH, PRINCIPAL, ROLL
-from .solver import Fit, Rows, SharedPrior, approach, solve
+from .solver import Explanations, Fit, Rows, SharedPrior, approach, explain, joined, others_of, solve
 from .start import look
 
 FloatArray = NDArray[np.float64]
 
-#: How even floors are, as a standard deviation of where the soles are, metres; the tails are heavy (kerbs, steps).
-FLOOR_SD_M = 0.045
+#: How even floors are, as a standard deviation of where the soles are: metres, and per metre of distance, since ground
+#: slopes and streets are cambered; the tails are heavy (kerbs, steps).
+FLOOR_SD_M, FLOOR_SLOPE_SD = 0.04, 0.003
 #: Hand-held and mounted cameras: what is known of pitch, roll and height above the floor beforehand; tails are heavy.
 PITCH_SD_RAD = np.deg2rad(7.0)
 ROLL_SD_RAD = np.deg2rad(1.2)
@@ -61,7 +62,7 @@ def _measurable(evidence: Evidence) -> NDArray[np.bool_]:
 
 def _taken(evidence: Evidence, index: NDArray[np.intp]) -> Evidence:
     return Evidence(
-        evidence.points[index], evidence.seen[index], evidence.noise_scale[index], evidence.resolution,
+        evidence.points[index], evidence.seen[index], evidence.waver[index], evidence.resolution,
         evidence.heading_rad[index], evidence.heading_sd_rad[index],
     )  # fmt: skip
 
@@ -93,31 +94,36 @@ def _fit(
     loose = rows.taken(first).with_floor(_LOOSE)
     local, shared = approach(loose, guesses.local[first], start.shared, prior, iterations=3)
     rows = rows.with_precision(keypoint_precision(evidence, model, _scale(local))[rows.person])
+    # what is known of size and depth now tells how noisy keypoints and floor are
+    uneven = np.hypot(FLOOR_SD_M, FLOOR_SLOPE_SD * np.exp(local[:, DEPTH]))
+    rows = rows.with_floor(FLOOR_SD_M / uneven[rows.person])
     fit = solve(rows.taken(first), local, shared, prior, iterations=_MOST_ITERATIONS)
     for _ in range(2):
-        everyone, weight = _weigh(rows, first, guesses, fit, prior)
+        explanations, weight = _weigh(rows, first, guesses, fit, prior)
         best = _best_rows(rows.person, weight, len(usable))
         if (best == first).all():
             break
         first = best
-        fit = solve(rows.taken(first), everyone.local[first], fit.shared, prior, iterations=_MOST_ITERATIONS)
-        guesses.local[:] = everyone.local
+        fit = solve(rows.taken(first), explanations.local[first], fit.shared, prior, iterations=_MOST_ITERATIONS)
+        guesses.local[:] = explanations.local
     else:
-        everyone, weight = _weigh(rows, first, guesses, fit, prior)
-    return placed_people(rows, everyone, weight, first, fit, evidence, model, on_floor)
+        explanations, weight = _weigh(rows, first, guesses, fit, prior)
+    return placed_people(rows, explanations, weight, first, fit, evidence, model, on_floor)
 
 
 def _weigh(
     rows: Rows, first: NDArray[np.intp], guesses: Guesses, fit: Fit, prior: SharedPrior
-) -> tuple[Fit, FloatArray]:
-    """Refine the other hypotheses with the camera held; return all rows, and the log weight of each besides."""
-    others = np.setdiff1d(np.arange(len(rows)), first)
-    everyone = fit
-    if len(others):
-        local = guesses.local[others]
-        refined = solve(rows.taken(others), local, fit.shared, prior, iterations=3, shared_moves=False)
-        everyone = fit.joined(first, refined, others)
-    return everyone, log_evidence(everyone, rows, guesses.log_prior)
+) -> tuple[Explanations, FloatArray]:
+    """Explain every row with the camera as everybody else would have it; return also the log weight of each."""
+    others = others_of(fit, prior)
+    rest = np.setdiff1d(np.arange(len(rows)), first)
+    best = explain(rows.taken(first), fit.local, np.tile(fit.shared, (len(first), 1)), others, iterations=0)
+    explanations = best
+    if len(rest):
+        begin, elsewhere = np.tile(fit.shared, (len(rest), 1)), others.taken(rows.person[rest])
+        refined = explain(rows.taken(rest), guesses.local[rest], begin, elsewhere, iterations=3)
+        explanations = joined(first, best, rest, refined)
+    return explanations, log_evidence(explanations, rows, guesses.log_prior)
 
 
 def _best_rows(person: NDArray[np.intp], weight: FloatArray, count: int) -> NDArray[np.intp]:

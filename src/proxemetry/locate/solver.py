@@ -59,7 +59,7 @@ class Rows:
         """Return the rows with other keypoint noise (R, K)."""
         return replace(self, precision=precision)
 
-    def with_floor(self, factor: float) -> Rows:
+    def with_floor(self, factor: float | FloatArray) -> Rows:
         """Return the rows with the floor's precision multiplied."""
         return replace(self, floor_precision=self.floor_precision * factor)
 
@@ -90,7 +90,8 @@ class Fit:
     """An explanation: local (R, N_LOCAL), shared (N_SHARED,), with its normal equations and its cost.
 
     hessian: shape (R, N_LOCAL + N_SHARED, N_LOCAL + N_SHARED), each row's part without the shared prior, whose
-    precision is shared_precision, shape (N_SHARED,). row_cost: shape (R,), negative log posterior of each row given the
+    precision is shared_precision, shape (N_SHARED,). gradient: shape (R, N_LOCAL + N_SHARED), downhill, of the same.
+    row_cost: shape (R,), negative log posterior of each row given the
     shared. shared_cost: that of the shared prior. weights: shape (R, K), about 1 for a keypoint fully believed, 0 for
     an outlier. floor_weight: shape (R,), likewise.
     """
@@ -98,6 +99,7 @@ class Fit:
     local: FloatArray
     shared: FloatArray
     hessian: FloatArray
+    gradient: FloatArray
     shared_precision: FloatArray
     row_cost: FloatArray
     shared_cost: float
@@ -109,35 +111,50 @@ class Fit:
         """The negative log posterior of all."""
         return float(self.row_cost.sum()) + self.shared_cost
 
-    def joined(self, own: NDArray[np.intp], other: Fit, others: NDArray[np.intp]) -> Fit:
-        """Return these rows at the places `own` and another fit's at `others`, the shared unknowns being the same."""
 
-        def both(a: FloatArray, b: FloatArray) -> FloatArray:
-            result = np.empty((len(own) + len(others), *a.shape[1:]))
-            result[own], result[others] = a, b
-            return result
+@dataclass(frozen=True, eq=False)
+class Explanations:
+    """R rows, each explained with the camera free to move as far as everybody else's evidence lets it.
 
-        return replace(
-            self, local=both(self.local, other.local), hessian=both(self.hessian, other.hessian),
-            row_cost=both(self.row_cost, other.row_cost), weights=both(self.weights, other.weights),
-            floor_weight=both(self.floor_weight, other.floor_weight),
-        )  # fmt: skip
+    local: shape (R, N_LOCAL). shared: shape (R, N_SHARED), the camera that each row would have. hessian: shape (R,
+    N_LOCAL + N_SHARED, N_LOCAL + N_SHARED), the row's own part; precision: the same with everybody else's knowledge of
+    the camera. cost: shape (R,), the negative log posterior.
+    """
+
+    local: FloatArray
+    shared: FloatArray
+    hessian: FloatArray
+    precision: FloatArray
+    cost: FloatArray
 
 
-def solve(
-    rows: Rows, local: FloatArray, shared: FloatArray, prior: SharedPrior, *, iterations: int, shared_moves: bool = True
-) -> Fit:  # fmt: skip
-    """Return the best explanation found from a start (R, N_LOCAL), (N_SHARED,); without `shared_moves` rows only."""
+@dataclass(frozen=True, eq=False)
+class Others:
+    """What everybody but one says of the camera, person by person: mean (P, N_SHARED), precision (P, S, S)."""
+
+    mean: FloatArray
+    precision: FloatArray
+
+    def taken(self, index: NDArray[np.intp]) -> Others:
+        """Return them row by row."""
+        return Others(self.mean[index], self.precision[index])
+
+
+def solve(rows: Rows, local: FloatArray, shared: FloatArray, prior: SharedPrior, *, iterations: int) -> Fit:
+    """Return the best explanation found from a start (R, N_LOCAL), (N_SHARED,)."""
     best: Fit | None = None
     for _ in range(iterations):
-        fit, gradient = _evaluate(rows, local, shared, prior)
-        best = fit if best is None else _better(best, fit, shared_moves)
-        step = _step(fit, gradient, prior, shared_moves)
-        local, shared, local_step, shared_step = _moved(local, shared, *step)
-        if max(np.abs(local_step[:, DEPTH]).max(initial=0.0), np.abs(shared_step).max()) < _SETTLED:
-            break
-    fit, _ = _evaluate(rows, local, shared, prior)
-    return fit if best is None else _better(best, fit, shared_moves)
+        fit = _evaluate(rows, local, shared, prior)
+        best = fit if best is None or fit.cost <= best.cost else best
+        local_step, shared_step = _bounded(*_step(fit, prior))
+        local, shared = local + local_step, shared + shared_step
+        if max(np.abs(local_step[:, DEPTH]).max(initial=0.0), np.abs(shared_step).max()) < _SETTLED and best is fit:
+            # the last small step changes the normal equations by less than anybody sees
+            step = np.concatenate([local_step, np.broadcast_to(shared_step, (len(local), N_SHARED))], axis=1)
+            gradient = fit.gradient - (fit.hessian @ step[..., None])[..., 0]
+            return replace(fit, local=local, shared=shared, gradient=gradient)
+    fit = _evaluate(rows, local, shared, prior)
+    return fit if best is None or fit.cost <= best.cost else best
 
 
 def approach(
@@ -145,38 +162,88 @@ def approach(
 ) -> tuple[FloatArray, FloatArray]:
     """Return local and shared unknowns some steps nearer to an explanation, for another search to begin at."""
     for _ in range(iterations):
-        local, shared, _, _ = _moved(local, shared, *_step(*_evaluate(rows, local, shared, prior), prior, True))
+        local_step, shared_step = _bounded(*_step(_evaluate(rows, local, shared, prior), prior))
+        local, shared = local + local_step, shared + shared_step
     return local, shared
 
 
-def _moved(
-    local: FloatArray, shared: FloatArray, local_step: FloatArray, shared_step: FloatArray
-) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Return the unknowns after a step of bounded size, and the step."""
-    local_step = np.clip(local_step, -_LOCAL_STEP, _LOCAL_STEP)
-    shared_step = np.clip(shared_step, -_SHARED_STEP, _SHARED_STEP)
-    return local + local_step, shared + shared_step, local_step, shared_step
+def others_of(fit: Fit, prior: SharedPrior) -> Others:
+    """Return what everybody else says of the camera, for each of the fit's rows: Gaussian, about the fit."""
+    own, cross = fit.hessian[:, :N_LOCAL, :N_LOCAL], fit.hessian[:, :N_LOCAL, N_LOCAL:]
+    answer = solved(own, np.concatenate([cross, fit.gradient[:, :N_LOCAL, None]], axis=2))
+    crossed = cross.transpose(0, 2, 1) @ answer
+    matrix = fit.hessian[:, N_LOCAL:, N_LOCAL:] - crossed[..., :N_SHARED]
+    pull = fit.gradient[:, N_LOCAL:] - crossed[..., N_SHARED]
+    precision = matrix.sum(axis=0) - matrix + np.diag(fit.shared_precision)
+    total = pull.sum(axis=0) - pull + fit.shared_precision * (prior.mean - fit.shared)
+    return Others(fit.shared + solved(precision, total[..., None])[..., 0], precision)
 
 
-def _better(a: Fit, b: Fit, shared_moves: bool) -> Fit:
-    if shared_moves or not len(a.row_cost):
-        return a if a.cost < b.cost else b
-    keep = a.row_cost < b.row_cost  # with the shared held, every row stands alone
+def explain(rows: Rows, local: FloatArray, shared: FloatArray, others: Others, *, iterations: int) -> Explanations:
+    """Return rows' best explanations from a start (R, N_LOCAL), (R, N_SHARED), each for itself; `others` row by row."""
+    best: Explanations | None = None
+    for iteration in range(iterations + 1):
+        hessian, gradient, cost, _, _ = _evaluate_rows(rows, local, shared)
+        off = others.mean - shared
+        pull = (others.precision @ off[..., None])[..., 0]
+        cost = cost + 0.5 * (off * pull).sum(axis=1)
+        precision = hessian.copy()
+        precision[:, N_LOCAL:, N_LOCAL:] += others.precision
+        here = Explanations(local, shared, hessian, precision, cost)
+        best = here if best is None else _better(best, here)
+        if iteration < iterations:
+            gradient[:, N_LOCAL:] += pull
+            damped = precision.copy()
+            index = np.arange(N_LOCAL)
+            damped[:, index, index] += 1e-6 * damped[:, index, index] + 1e-9
+            step = solved(damped, gradient[..., None])[..., 0]
+            local_step, shared_step = _bounded(step[:, :N_LOCAL], step[:, N_LOCAL:])
+            local, shared = local + local_step, shared + shared_step
+    assert best is not None
+    return best
+
+
+def joined(own: NDArray[np.intp], a: Explanations, others: NDArray[np.intp], b: Explanations) -> Explanations:
+    """Return explanations `a` at the rows `own` and `b` at the rows `others`."""
+    order = np.argsort(np.concatenate([own, others]))
+    return Explanations(*(
+        np.concatenate([x, y])[order]
+        for x, y in ((a.local, b.local), (a.shared, b.shared), (a.hessian, b.hessian), (a.precision, b.precision),
+                     (a.cost, b.cost))
+    ))  # fmt: skip
+
+
+def _bounded(local_step: FloatArray, shared_step: FloatArray) -> tuple[FloatArray, FloatArray]:
+    return np.clip(local_step, -_LOCAL_STEP, _LOCAL_STEP), np.clip(shared_step, -_SHARED_STEP, _SHARED_STEP)
+
+
+def _better(a: Explanations, b: Explanations) -> Explanations:
+    """Return the better of two explanations row by row."""
+    keep = a.cost < b.cost
     if not keep.any():
         return b
 
     def mixed(x: FloatArray, y: FloatArray) -> FloatArray:
         return np.where(keep.reshape(-1, *([1] * (x.ndim - 1))), x, y)
 
-    return Fit(
-        mixed(a.local, b.local), b.shared, mixed(a.hessian, b.hessian), b.shared_precision,
-        mixed(a.row_cost, b.row_cost), b.shared_cost, mixed(a.weights, b.weights),
-        mixed(a.floor_weight, b.floor_weight),
+    return Explanations(
+        mixed(a.local, b.local), mixed(a.shared, b.shared), mixed(a.hessian, b.hessian),
+        mixed(a.precision, b.precision), mixed(a.cost, b.cost),
     )  # fmt: skip
 
 
-def _evaluate(rows: Rows, local: FloatArray, shared: FloatArray, prior: SharedPrior) -> tuple[Fit, FloatArray]:
-    """Return the fit at this point and its gradient (R, N_LOCAL + N_SHARED), downhill, without the shared prior."""
+def _evaluate(rows: Rows, local: FloatArray, shared: FloatArray, prior: SharedPrior) -> Fit:
+    """Return the fit at this point."""
+    hessian, gradient, cost, weights, floor_weight = _evaluate_rows(rows, local, shared)
+    return Fit(
+        local, shared, hessian, gradient, prior.weights(shared), cost, prior.cost(shared), weights, floor_weight
+    )  # fmt: skip
+
+
+def _evaluate_rows(
+    rows: Rows, local: FloatArray, shared: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Return hessian, gradient, cost, keypoint and floor weights of each row, without what is known of the camera."""
     projected = project(local, shared, rows.bodies)
     residual = (rows.points - projected.points) * rows.precision[:, None]
     squared = residual[:, 0] ** 2 + residual[:, 1] ** 2
@@ -189,8 +256,7 @@ def _evaluate(rows: Rows, local: FloatArray, shared: FloatArray, prior: SharedPr
     count = len(local)
     root, floor_root = np.sqrt(weights), np.sqrt(floor_weight)
     jacobian = np.empty((count, 2 * residual.shape[2] + 1, N_LOCAL + N_SHARED))
-    scaled = projected.jacobian * (root * rows.precision)[:, None, :, None]
-    jacobian[:, :-1] = scaled.reshape(count, -1, N_LOCAL + N_SHARED)
+    jacobian[:, :-1] = projected.jacobian(root * rows.precision).reshape(count, -1, N_LOCAL + N_SHARED)
     jacobian[:, -1] = projected.floor_jacobian * (floor_root * rows.floor_precision)[:, None]
     stacked = np.concatenate([(residual * root[:, None]).reshape(count, -1), (-above * floor_root)[:, None]], axis=1)
     transposed = jacobian.transpose(0, 2, 1)
@@ -203,16 +269,13 @@ def _evaluate(rows: Rows, local: FloatArray, shared: FloatArray, prior: SharedPr
     hessian[:, :N_LOCAL, :N_LOCAL] += rows.prior_precision
     gradient[:, :N_LOCAL] += pull
     cost += 0.5 * (off * pull).sum(axis=1)
-    fit = Fit(local, shared, hessian, prior.weights(shared), cost, prior.cost(shared), weights, floor_weight)
-    return fit, gradient
+    return hessian, gradient, cost, weights, floor_weight
 
 
-def _step(fit: Fit, gradient: FloatArray, prior: SharedPrior, shared_moves: bool) -> tuple[FloatArray, FloatArray]:
-    own = fit.hessian[:, :N_LOCAL, :N_LOCAL].copy()
+def _step(fit: Fit, prior: SharedPrior) -> tuple[FloatArray, FloatArray]:
+    own, gradient = fit.hessian[:, :N_LOCAL, :N_LOCAL].copy(), fit.gradient
     index = np.arange(N_LOCAL)
     own[:, index, index] += 1e-6 * own[:, index, index] + 1e-9
-    if not shared_moves:
-        return solved(own, gradient[:, :N_LOCAL, None])[..., 0], np.zeros(N_SHARED)
     cross = fit.hessian[:, :N_LOCAL, N_LOCAL:]
     answer = solved(own, np.concatenate([cross, gradient[:, :N_LOCAL, None]], axis=2))
     by_shared, alone = answer[..., :N_SHARED], answer[..., N_SHARED]

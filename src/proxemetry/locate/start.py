@@ -21,9 +21,10 @@ FloatArray = NDArray[np.float64]
 HEADINGS: FloatArray = np.linspace(0.0, 2 * np.pi, 8, endpoint=False)
 _PITCHES: FloatArray = np.deg2rad([0.0, -12.0, 12.0, 24.0, 36.0, 50.0, 65.0])
 # World to camera at each pitch: gravity's direction, and the axes of a body at each heading.
-_DOWN: FloatArray = np.array([camera_axes(pitch, 0.0)[0][:, 1] for pitch in _PITCHES])
-_DOWN_BY_PITCH: FloatArray = np.array([camera_axes(pitch, 0.0)[1][:, 1] for pitch in _PITCHES])
-_AXES: FloatArray = np.array([camera_axes(pitch, 0.0)[0] @ body_axes(HEADINGS)[0] for pitch in _PITCHES])
+_CAMERA_AXES: FloatArray = camera_axes(_PITCHES, 0 * _PITCHES)
+_DOWN: FloatArray = _CAMERA_AXES[:, :, 1]
+_DOWN_BY_PITCH: FloatArray = np.stack([0 * _PITCHES, -np.sin(_PITCHES), np.cos(_PITCHES)], axis=1)
+_AXES: FloatArray = _CAMERA_AXES[:, None] @ body_axes(HEADINGS)
 #: How far from a pitch of the table its bodies still look right.
 _CELL_RAD = np.deg2rad(5.0)
 _DEPTH_REL_SD = 0.07
@@ -50,7 +51,7 @@ def look(
     """Return the coarse answer; lengths_m (P, L) are the mean bodies, on_floor (P,) is 1 for those on the floor."""
     spread = np.maximum(1.5 * model.spread, 0.025)
     spread = np.where(model.kinds["feet"] | model.kinds["legs"], 0.06, spread)
-    weights = np.where(evidence.seen, (spread * evidence.noise_scale) ** -2, 0.0)
+    weights = np.where(evidence.seen, (spread**2 + evidence.waver**2) ** -1, 0.0)
     bodies, torso = _mean_bodies(lengths_m, model)
     cost, scale, shift = _lay(evidence.points, weights, bodies)
     cost = cost - np.log(POSTURE_WEIGHTS)[:, None]
@@ -81,16 +82,16 @@ def _mean_bodies(lengths_m: FloatArray, model: BodyModel) -> tuple[FloatArray, F
 
 def _lay(points: FloatArray, weights: FloatArray, bodies: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return cost, scale (statures over depth) (pitches, P, postures, headings) and the torso's point (..., 2)."""
-    offsets = np.einsum("ghij,pqkj->gpqhik", _AXES, bodies, optimize=True)
+    offsets = _AXES[:, None, None] @ bodies.swapaxes(-1, -2)[None, :, :, None]
     total = np.maximum(weights.sum(axis=1), 1e-12)
     share = weights / total[:, None]
     centre = (share[..., None] * points).sum(axis=1)
     flat = offsets[..., :2, :] - centre[:, None, None, :, None] * offsets[..., 2:, :]
-    middle = np.einsum("gpqhik,pk->gpqhi", flat, share, optimize=True)
+    middle = np.einsum("gpqhik,pk->gpqhi", flat, share)
     about = flat - middle[..., None]
     seen = (points - centre[:, None]).transpose(0, 2, 1)
-    power = np.einsum("gpqhik,pk->gpqh", about**2, share, optimize=True)
-    scale = np.einsum("gpqhik,pik->gpqh", about, share[:, None] * seen, optimize=True) / np.maximum(power, 1e-12)
+    power = np.einsum("gpqhik,pk->gpqh", about**2, share)
+    scale = np.einsum("gpqhik,pik->gpqh", about, share[:, None] * seen) / np.maximum(power, 1e-12)
     scale = np.maximum(scale, 1e-5)
     residual = about
     residual -= seen[:, None, None] / scale[..., None, None]
