@@ -119,7 +119,7 @@ def group_of(distances, photo):
     """Return the figures of one group: metres of pairs, and the photo of each."""
     zeros = np.zeros(len(distances))
     columns = {"distance_m": np.asarray(distances, dtype=float), "row": np.asarray(photo), "group": zeros.astype(int)}
-    (group,) = _groups([(10, 20)], {**columns, **{f"p_{z}": zeros for z in ZONES}})
+    (group,) = _groups([(10, 20)], {**columns, **{f"p_{z}": np.zeros(1) for z in ZONES}})
     return group
 
 

@@ -134,7 +134,7 @@ class Results:
     def _made_of(self, *tables: str) -> set[str | None]:
         """Return what the Parquet tables say that they were made of."""
         query = f"SELECT decode(value) FROM parquet_kv_metadata($path) WHERE decode(key) = '{_MADE_OF}'"
-        duck = attached(self.folder)
+        duck = attached(self.folder, threads=None).cursor()  # a summary asks beside other queries
         rows = [duck.execute(query, {"path": self.folder.path(f"{t}.parquet")}).fetchone() for t in tables]
         return {None if row is None else row[0] for row in rows}
 
