@@ -4,7 +4,8 @@ import numpy as np
 
 from proxemetry.camera import Camera
 from proxemetry.locate import LocateSettings
-from proxemetry.locate.body_model import LATENTS, body_model
+from proxemetry.locate.body_model import body_model
+from proxemetry.locate.body_tables import LATENTS
 from proxemetry.locate.projection import (
     DEPTH,
     HEADING,

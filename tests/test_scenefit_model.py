@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from proxemetry.locate.body_model import LATENTS, POSTURES, SHOE_M, body_model
+from proxemetry.locate.body_model import body_model
+from proxemetry.locate.body_tables import LATENTS, POSTURES, SHOE_M
 from proxemetry.locate.projection import (
     DEPTH,
     FOCAL,

@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..anthropometry import Population, moments, populations
-from .body_model import POSTURE_WEIGHTS, BodyModel
+from .body_model import BodyModel
+from .body_tables import POSTURE_WEIGHTS
 from .evidence import Evidence
 from .projection import DEPTH, HEADING, LOG_LENGTHS, N_LOCAL, POINT, POSTURE, TURN, BodyTables
 from .solver import Explanations, Rows
@@ -23,6 +24,8 @@ FloatArray = NDArray[np.float64]
 
 #: An alternative this much worse than the best at the start (negative log posterior) is not pursued.
 _WORTH_PURSUING = 8.0
+#: So many postures besides the best are.
+_MOST_POSTURES = 2
 _TURN_SD = 0.45
 #: Mean and standard deviation of log depth in metres: people are photographed from 0.8 to 45 m away. It decides only
 #: where next to nothing is seen.
@@ -77,16 +80,8 @@ def guesses_of(start: Start, types: list[tuple[Bodytype, ...]], model: BodyModel
     chosen: list[tuple[int, int, int, int, float]] = []
     first: list[int] = []
     for person, cost in enumerate(start.cost):
-        best = np.unravel_index(int(cost.argmin()), cost.shape)
         first.append(len(chosen))
-        ranked = [(int(best[0]), int(best[1]), 0)]
-        other = 1 - best[0]
-        if cost[other].min() - cost[best] < _WORTH_PURSUING:
-            ranked.append((int(other), int(cost[other].argmin()), 0))
-        turned = _other_heading(cost[best[0]], int(best[1]))
-        if turned is not None:
-            ranked.append((int(best[0]), turned, 0))
-        ranked += [(int(best[0]), int(best[1]), g) for g in range(1, len(types[person]))]
+        ranked = _ranked(cost, len(types[person]))
         chosen += [(person, p, h, g, types[person][g].weight * POSTURE_WEIGHTS[p]) for p, h, g in ranked]
     table = np.array([row[:4] for row in chosen], dtype=np.intp).reshape(-1, 4)
     person, posture, heading, group = table.T
@@ -100,6 +95,21 @@ def guesses_of(start: Start, types: list[tuple[Bodytype, ...]], model: BodyModel
     local[:, POSTURE] = model.prior_mean[posture]
     log_prior = np.log([row[4] for row in chosen])
     return Guesses(person, posture, group, log_prior, local), np.array(first, dtype=np.intp)
+
+
+def _ranked(cost: FloatArray, groups: int) -> list[tuple[int, int, int]]:
+    """Return the posture, heading and group of bodies of what is worth trying, the best first."""
+    posture, heading = (int(i) for i in np.unravel_index(int(cost.argmin()), cost.shape))
+    by_posture = cost.min(axis=1)
+    others = [int(p) for p in by_posture.argsort()[1 : 1 + _MOST_POSTURES]]
+    worth = [p for p in others if by_posture[p] - by_posture[posture] < _WORTH_PURSUING]
+    turned = _other_heading(cost[posture], heading)
+    return [
+        (posture, heading, 0),
+        *((p, int(cost[p].argmin()), 0) for p in worth),
+        *([] if turned is None else [(posture, turned, 0)]),
+        *((posture, heading, g) for g in range(1, groups)),
+    ]
 
 
 def _other_heading(cost: FloatArray, best: int) -> int | None:

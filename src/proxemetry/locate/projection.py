@@ -19,7 +19,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..anthropometry import LENGTHS
-from .body_model import LATENTS, SHOE_M, BodyModel
+from .body_model import BodyModel
+from .body_tables import LATENTS, SHOE_M
 
 FloatArray = NDArray[np.float64]
 
@@ -31,16 +32,15 @@ PITCH, ROLL, HEIGHT, FOCAL, PRINCIPAL = 0, 1, 2, 3, slice(4, 6)
 N_SHARED = 6
 
 _STATURE = LENGTHS.index("stature")
-_CROUCH = POSTURE.start + LATENTS.index("crouch")
-_SLUMP = POSTURE.start + LATENTS.index("slump")
 
 
 @dataclass(frozen=True, eq=False)
 class BodyTables:
     """The body model's tables, row by row.
 
-    table: shape (R, 3, K, lengths + latents), metres per metre and statures; head: shape (3, K, lengths); rest: shape
-    (R, 3, K); torso: shape (R, lengths); torso_rest: shape (R,). See `body_model.BodyModel`.
+    table: shape (R, 3, K, lengths + latents), metres per metre and statures; head: shape (R, 3, K, lengths); rest:
+    shape (R, 3, K); torso: shape (R, lengths); torso_rest: shape (R,); torso_latent: shape (R, latents). See
+    `body_model.BodyModel`.
     """
 
     table: FloatArray
@@ -48,17 +48,24 @@ class BodyTables:
     rest: FloatArray
     torso: FloatArray
     torso_rest: FloatArray
+    torso_latent: FloatArray
 
     @classmethod
     def of(cls, model: BodyModel, posture: NDArray[np.intp]) -> BodyTables:
         """Return the tables of rows in these postures (R,)."""
         table = np.concatenate([model.body, model.latent], axis=-1).transpose(0, 2, 1, 3)
-        head, rest = np.ascontiguousarray(model.head.transpose(1, 0, 2)), model.rest.transpose(0, 2, 1)
-        return cls(table[posture], head, rest[posture], model.torso[posture], model.torso_rest[posture])
+        head, rest = model.head.transpose(0, 2, 1, 3), model.rest.transpose(0, 2, 1)
+        return cls(
+            table[posture], head[posture], rest[posture], model.torso[posture], model.torso_rest[posture],
+            model.torso_latent[posture],
+        )  # fmt: skip
 
     def taken(self, index: NDArray[np.intp]) -> BodyTables:
         """Return the tables of some of the rows."""
-        return BodyTables(self.table[index], self.head, self.rest[index], self.torso[index], self.torso_rest[index])
+        return BodyTables(
+            self.table[index], self.head[index], self.rest[index], self.torso[index], self.torso_rest[index],
+            self.torso_latent[index],
+        )  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
@@ -151,7 +158,7 @@ def torso_jacobian(position: FloatArray, shared: FloatArray) -> FloatArray:
 
 def project(local: FloatArray, shared: FloatArray, bodies: BodyTables) -> Projected:
     """Project the rows' bodies, each with its own tables, under one camera (N_SHARED,) or one each (R, N_SHARED)."""
-    count, joints = len(local), bodies.head.shape[1]
+    count, joints = len(local), bodies.head.shape[2]
     shared = np.broadcast_to(shared, (count, N_SHARED))
     matrix = camera_axes(shared[:, PITCH], shared[:, ROLL])
     turn = turns(matrix, shared[:, ROLL])
@@ -163,7 +170,7 @@ def project(local: FloatArray, shared: FloatArray, bodies: BodyTables) -> Projec
     axes = matrix @ body_axes(local[:, HEADING])
     head_axes = matrix @ body_axes(local[:, HEADING] + local[:, TURN])
     linear = (axes @ bodies.table.reshape(count, 3, -1)).reshape(count, 3, joints, -1)
-    head = (head_axes @ bodies.head.reshape(3, -1)).reshape(count, 3, joints, -1)
+    head = (head_axes @ bodies.head.reshape(count, 3, -1)).reshape(count, 3, joints, -1)
     linear[..., : len(LENGTHS)] += head
     linear[..., : len(LENGTHS)] *= lengths[:, None, None]
     linear[..., len(LENGTHS) :] *= stature[..., None]
@@ -197,15 +204,14 @@ def _above_floor(
 ) -> tuple[FloatArray, FloatArray]:  # fmt: skip
     """Return how far each sole is above the floor (R,), and the derivatives (R, N_LOCAL + N_SHARED)."""
     stature = lengths[:, _STATURE]
-    held = stature * (bodies.torso_rest - local[:, _CROUCH] - 0.5 * local[:, _SLUMP])
+    held = stature * (bodies.torso_rest + (bodies.torso_latent * local[:, POSTURE]).sum(axis=1))
     height = np.exp(shared[:, HEIGHT])
     parts = bodies.torso * lengths
     above = height - (torso * down).sum(axis=1) - parts.sum(axis=1) - held - SHOE_M
     jacobian = -(down[:, None] @ by_torso)[:, 0]
     jacobian[:, LOG_LENGTHS] = -parts
     jacobian[:, LOG_LENGTHS.start + _STATURE] -= held
-    jacobian[:, _CROUCH] = stature
-    jacobian[:, _SLUMP] = 0.5 * stature
+    jacobian[:, POSTURE] = -stature[:, None] * bodies.torso_latent
     turned = (turn[:, 3:] @ down[..., None])[..., 0]
     jacobian[:, N_LOCAL + PITCH] -= (torso * turned[:, :3]).sum(axis=1)
     jacobian[:, N_LOCAL + ROLL] -= (torso * turned[:, 3:]).sum(axis=1)

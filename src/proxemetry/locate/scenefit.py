@@ -98,8 +98,8 @@ def _fit(
     uneven = np.hypot(FLOOR_SD_M, FLOOR_SLOPE_SD * np.exp(local[:, DEPTH]))
     rows = rows.with_floor(FLOOR_SD_M / uneven[rows.person])
     fit = solve(rows.taken(first), local, shared, prior, iterations=_MOST_ITERATIONS)
-    for _ in range(2):
-        explanations, weight = _weigh(rows, first, guesses, fit, prior)
+    for turn in range(2):
+        explanations, weight = _weigh(rows, first, guesses, fit, prior, iterations=1 if turn else 3)
         best = _best_rows(rows.person, weight, len(usable))
         if (best == first).all():
             break
@@ -107,12 +107,12 @@ def _fit(
         fit = solve(rows.taken(first), explanations.local[first], fit.shared, prior, iterations=_MOST_ITERATIONS)
         guesses.local[:] = explanations.local
     else:
-        explanations, weight = _weigh(rows, first, guesses, fit, prior)
+        explanations, weight = _weigh(rows, first, guesses, fit, prior, iterations=1)
     return placed_people(rows, explanations, weight, first, fit, evidence, model, on_floor)
 
 
 def _weigh(
-    rows: Rows, first: NDArray[np.intp], guesses: Guesses, fit: Fit, prior: SharedPrior
+    rows: Rows, first: NDArray[np.intp], guesses: Guesses, fit: Fit, prior: SharedPrior, iterations: int
 ) -> tuple[Explanations, FloatArray]:
     """Explain every row with the camera as everybody else would have it; return also the log weight of each."""
     others = others_of(fit, prior)
@@ -121,7 +121,7 @@ def _weigh(
     explanations = best
     if len(rest):
         begin, elsewhere = np.tile(fit.shared, (len(rest), 1)), others.taken(rows.person[rest])
-        refined = explain(rows.taken(rest), guesses.local[rest], begin, elsewhere, iterations=3)
+        refined = explain(rows.taken(rest), guesses.local[rest], begin, elsewhere, iterations=iterations)
         explanations = joined(first, best, rest, refined)
     return explanations, log_evidence(explanations, rows, guesses.log_prior)
 

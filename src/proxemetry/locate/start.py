@@ -11,7 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from .body_model import POSTURE_WEIGHTS, SHOE_M, BodyModel
+from .body_model import BodyModel
+from .body_tables import N_COMMON, POSTURE_WEIGHTS, SHOE_M
 from .evidence import Evidence
 from .projection import HEIGHT, N_SHARED, PITCH, body_axes, camera_axes
 from .solver import SharedPrior
@@ -55,6 +56,7 @@ def look(
     bodies, torso = _mean_bodies(lengths_m, model)
     cost, scale, shift = _lay(evidence.points, weights, bodies)
     cost = cost - np.log(POSTURE_WEIGHTS)[:, None]
+    cost[:, :, N_COMMON:] += np.where(_whole(evidence, model), 0.0, np.inf)[:, None, None]
     depth = lengths_m[:, 0, None, None] / scale
     # everybody's best posture and heading at each pitch
     choice = cost.reshape(*cost.shape[:2], -1).argmin(axis=-1)[..., None]
@@ -68,6 +70,13 @@ def look(
     total = lowest.sum(axis=1) + floor_cost + np.array([prior.cost(s) for s in shared])
     best = int(total.argmin())
     return Start(shared[best], cost[best], np.log(depth[best]), shift[best])
+
+
+def _whole(evidence: Evidence, model: BodyModel) -> NDArray[np.bool_]:
+    """Return who shows shoulders, hips and legs, shape (P,): of nobody else is a rare posture believed."""
+    legs = model.kinds["feet"] | model.kinds["legs"]
+    parts = (model.kinds["shoulders"], model.kinds["torso"], legs)
+    return np.all([(evidence.seen & part).any(axis=1) for part in parts], axis=0)
 
 
 def _mean_bodies(lengths_m: FloatArray, model: BodyModel) -> tuple[FloatArray, FloatArray]:
