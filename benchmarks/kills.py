@@ -62,9 +62,11 @@ def _run(folder: Path, args: argparse.Namespace) -> int:
             time.sleep(0.002)
         time.sleep(chance.uniform(0, 0.05))
         if process.poll() is not None:  # it ended before it could be killed: look, and begin anew
+            print(f"{sum(kills.values())} kills so far; a run came to its end")
             problems = _check(out, args.photos)
             if process.returncode or problems:
-                print(f"a run ended with exit code {process.returncode}; {'; '.join(problems)}")
+                said = (folder / "said.txt").read_text(errors="replace")[-2000:]
+                print(f"a run ended with exit code {process.returncode}; {'; '.join(problems)}; it said:\n{said}")
                 return 1
             shutil.rmtree(out)
             continue
@@ -88,11 +90,12 @@ def _run(folder: Path, args: argparse.Namespace) -> int:
 
 
 def _start(photos: Path, out: Path, keypoints: Path, args: argparse.Namespace) -> subprocess.Popen[bytes]:
-    return subprocess.Popen(
-        [sys.executable, "-m", "proxemetry", "measure", photos, "--out", out, "--pose", f"recorded:{keypoints}",
-         "--jobs", str(args.jobs), "--engine", args.engine],
-        stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True,
-    )  # fmt: skip
+    with (out.parent / "said.txt").open("wb") as said:
+        return subprocess.Popen(
+            [sys.executable, "-m", "proxemetry", "measure", photos, "--out", out, "--pose", f"recorded:{keypoints}",
+             "--jobs", str(args.jobs), "--engine", args.engine],
+            stdout=subprocess.DEVNULL, stderr=said, start_new_session=True,
+        )  # fmt: skip
 
 
 def _parts(out: Path) -> list[Path]:
@@ -100,14 +103,14 @@ def _parts(out: Path) -> list[Path]:
 
 
 def _workers(parent: int, engine: str) -> list[int]:
-    """Return the worker processes of a run; Ray's are found by their title, wherever they hang."""
+    """Return the worker processes of a run: Ray's hang below others of its session, known by their title."""
     found: list[int] = []
     for path in Path("/proc").glob("[0-9]*"):
         with contextlib.suppress(OSError):
-            command = (path / "cmdline").read_bytes()
-            ours = engine == "ray" or f"PPid:\t{parent}\n" in (path / "status").read_text()
-            if ours and any(title in command for title in _WORKER_TITLES):
-                found.append(int(path.name))
+            if any(title in (path / "cmdline").read_bytes() for title in _WORKER_TITLES):
+                above, _, session = (path / "stat").read_text().rpartition(")")[2].split()[1:4]
+                if parent == int(session if engine == "ray" else above):
+                    found.append(int(path.name))
     return found
 
 
@@ -118,9 +121,16 @@ def _kill(parent: int, kind: str, engine: str) -> bool:
         with contextlib.suppress(ProcessLookupError):
             os.kill(victim, signal.SIGKILL)
     if kind != "worker" and engine == "ray":  # the cluster that the run had started would stay
-        with contextlib.suppress(ProcessLookupError):
-            os.killpg(parent, signal.SIGKILL)
+        _end_session(parent)
     return bool(victims)
+
+
+def _end_session(session: int) -> None:
+    """Kill what a killed driver leaves of the cluster that it had started."""
+    for path in Path("/proc").glob("[0-9]*/stat"):
+        with contextlib.suppress(OSError):
+            if int(path.read_text().rpartition(")")[2].split()[3]) == session:
+                os.kill(int(path.parent.name), signal.SIGKILL)
 
 
 def _check(out: Path, count: int) -> list[str]:

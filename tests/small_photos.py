@@ -70,3 +70,11 @@ def counted(pixels: np.ndarray) -> np.ndarray:
     """Count how often it is asked."""
     COUNT["calls"] += 1
     return two_people(pixels)
+
+
+def a_crowd(pixels: np.ndarray) -> np.ndarray:
+    """Return 70 people: more pairs than one piece of a table has."""
+    one = two_people(pixels)[:1]
+    people = np.repeat(one, 70, axis=0)
+    people[:, :, 0] = (people[:, :, 0] + 0.6 * np.arange(70)[:, None]) % WIDTH
+    return people

@@ -17,6 +17,7 @@ import pytest
 from small_photos import write_photos
 
 import proxemetry
+from proxemetry.archive.corrections import FILE, Log
 from proxemetry.archive.results import Results
 from proxemetry.archive.run import run
 from proxemetry.archive.work import Job
@@ -51,6 +52,30 @@ def test_results_in_memory(tmp_path):
         assert len(list(Results.open("memory://results").scenes())) == 5
         run(["memory://archive"], job, jobs=0, restart=True)
         assert len(table(memory, "/results/photos.csv")) == 5
+    finally:
+        memory.rm("/", recursive=True)
+
+
+def test_corrections_beside_results_in_memory_are_applied_after_every_rerun(tmp_path):
+    fsspec = pytest.importorskip("fsspec")
+    memory = fsspec.filesystem("memory")
+    put(memory, "/archive", write_photos(tmp_path / "photos", 2))
+    job = Job("memory://results", TWO_PEOPLE)
+    try:
+        run(["memory://archive"], job, jobs=0)
+        before = table(memory, "/results/pairs.csv")
+        # Reviewed in a copy on this machine; the log is put back beside the results.
+        log = Log(tmp_path / FILE)
+        log.append(next(Results.open("memory://results").scenes()), "set_camera", {"focal_px": 100.0}, "ann")
+        log.close()
+        memory.put_file(str(tmp_path / FILE), f"/results/{FILE}")
+        assert run(["memory://archive"], job, jobs=0).measured.photos == 0
+        after = table(memory, "/results/pairs.csv")
+        assert after[0]["distance_m"] != before[0]["distance_m"]
+        assert after[1:] == before[1:]
+        assert table(memory, "/results/photos.csv")[0]["corrections"] == "1"
+        run(["memory://archive"], job, jobs=0, restart=True)
+        assert table(memory, "/results/pairs.csv") == after
     finally:
         memory.rm("/", recursive=True)
 

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 from small_photos import write_photos
 
+from proxemetry.archive import export
 from proxemetry.archive.corrections import FILE, Log
 from proxemetry.archive.results import Results
 from proxemetry.archive.run import run
@@ -42,6 +43,28 @@ def test_spss_files_have_labels_and_the_same_numbers(results, capsys):
     assert meta.column_names_to_labels["distance_m"].endswith("[m]")
     assert frame["distance_m"].tolist() == pytest.approx([float(r["distance_m"]) for r in table(results, "pairs")])
     assert set(frame["on_ground"]) <= {0.0, 1.0}
+
+
+def test_long_tables_come_in_several_spss_files_that_join(tmp_path, monkeypatch, capsys):
+    pyreadstat = pytest.importorskip("pyreadstat")
+    pandas = pytest.importorskip("pandas")
+    photos, out = write_photos(tmp_path / "photos", 2), tmp_path / "out"
+    run([str(photos)], Job(str(out), "python:small_photos:a_crowd"), jobs=0)
+    assert main(["export", str(out), "--format", "spss"]) == 0
+    (whole, _), before = pyreadstat.read_sav(out / "pairs.sav"), (out / "pairs.sav").read_bytes()
+    monkeypatch.setattr(export, "_VECTORS_A_FILE", 1)
+    assert main(["export", str(out), "--format", "spss"]) == 0
+    assert not (out / "pairs.sav").exists()
+    assert (out / "photos.sav").exists()
+    read = [pyreadstat.read_sav(out / f"pairs_{k}.sav") for k in (1, 2, 3)]
+    pandas.testing.assert_frame_equal(pandas.concat([frame for frame, _ in read], ignore_index=True), whole)
+    assert len({tuple(meta.variable_storage_width.values()) for _, meta in read}) == 1
+    assert "/FILE='pairs_3.sav'" in (out / "pairs.sps").read_text()
+    assert "pairs_1.sav" in capsys.readouterr().out
+    monkeypatch.undo()
+    assert main(["export", str(out), "--format", "spss"]) == 0
+    assert sorted(p.name for p in out.glob("pairs*.s*")) == ["pairs.sav"]
+    assert len((out / "pairs.sav").read_bytes()) == len(before)
 
 
 def test_coco_keypoints_are_those_of_the_scenes(results, tmp_path, capsys):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import csv
+import errno
 import os
 import random
 import shutil
@@ -368,6 +369,28 @@ def test_killed_at_random_nothing_is_lost_or_doubled(tmp_path):
     assert Counter(r["photo"] for r in found) == Counter(f"{i // 100:02d}/photo_{i:05d}.jpg" for i in range(200))
     assert {r["status"] for r in found} == {"ok"}
     assert not leftovers(out)
+
+
+def test_a_disk_that_fills_up_is_one_line_and_nothing_half_written(tmp_path, monkeypatch):
+    # The same as below on any machine: the system says so when a part's bytes are to reach the disk.
+    photos, out = write_photos(tmp_path / "photos", 5), tmp_path / "out"
+    room, sync = [4], os.fsync
+
+    def sync_while_there_is_room(file):
+        room[0] -= 1
+        if room[0] < 0:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        sync(file)
+
+    monkeypatch.setattr(os, "fsync", sync_while_there_is_room)
+    with pytest.raises(OutputError, match="no space left; make room and run the same command again"):
+        run([str(photos)], job(out), jobs=0)
+    assert not leftovers(out)
+    monkeypatch.undo()
+    there = len(list(out.glob("scenes/part-*.parquet")))
+    outcome = run([str(photos)], job(out), jobs=0)
+    assert outcome.measured.photos == 5 - there
+    assert len(rows(out)) == 5
 
 
 @pytest.fixture

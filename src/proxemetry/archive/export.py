@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import importlib.util
 import json
 import math
-from collections.abc import Iterator
+import re
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from ..errors import SettingsError
@@ -16,36 +18,82 @@ from .results import Results, table_query
 
 COCO_FILE = "coco_keypoints.json"
 
+#: Rows of one SPSS file, as DuckDB hands them over: a little under a million.
+_ROWS_A_VECTOR, _VECTORS_A_FILE = 2048, 488
 
-def write_spss(results: Results, target: Folder, safe_distance_m: float | None = None) -> None:
-    """Write photos, people and pairs as .sav files with the codebook's meanings as variable labels.
 
-    Raises SettingsError where pyreadstat is missing, OutputError where a file cannot be written.
+def write_spss(results: Results, target: Folder, safe_distance_m: float | None = None) -> list[str]:
+    """Write photos, people and pairs as .sav files with the codebook's meanings as variable labels; return their names.
+
+    A file is made in memory, half a gigabyte for a million rows: a longer table comes in several files, pairs_1.sav
+    and so on, and pairs.sps, SPSS syntax that joins them. Raises SettingsError where pyreadstat is missing,
+    OutputError where a file cannot be written.
     """
-    try:
-        import pandas as pd
-        import pyreadstat
-    except ImportError as error:
-        raise SettingsError("SPSS files need an extra: pip install 'proxemetry[spss]'") from error
+    if any(importlib.util.find_spec(package) is None for package in ("pandas", "pyreadstat")):
+        raise SettingsError("SPSS files need an extra: pip install 'proxemetry[spss]'")
     duck = results.view()
+    written: list[str] = []
     for table, columns in all_columns().items():
-        frame: Any = pd.DataFrame(duck.execute(table_query(table, safe_distance_m)).fetchnumpy())
-        for column in columns:
-            frame[column.name] = _spss_values(frame[column.name], column.kind)
-        with target.writing(f"{table}.sav") as temporary:
-            pyreadstat.write_sav(
-                frame, temporary, file_label=f"proxemetry: {table}", row_compress=True,
-                column_labels={c.name: _label(c) for c in columns},
-                variable_value_labels={c.name: {0.0: "no", 1.0: "yes"} for c in columns if c.kind == "BOOLEAN"},
-                variable_measure={c.name: "nominal" if c.kind in ("VARCHAR", "BOOLEAN") else "scale" for c in columns},
-            )  # fmt: skip
+        query = f"SELECT {', '.join(map(_spss_value, columns))} FROM ({table_query(table, safe_distance_m)})"
+        names, longest = _extent(duck, query, table, columns)
+        _forget_spss(target, table)
+        duck.execute(query)
+        for name in names:
+            with target.writing(name) as temporary:
+                _write_sav(duck.fetch_df_chunk(_VECTORS_A_FILE), temporary, table, columns, longest)
+        if len(names) > 1:
+            target.write(f"{table}.sps", _joining_syntax(table, names).encode())
+        written += names
+    return written
 
 
-def _spss_values(values: Any, kind: str) -> Any:
-    """Return a column as SPSS has them: texts, or numbers where missing is missing."""
-    if kind == "VARCHAR":
-        return values.astype(object).where(values.notna(), "").astype(str)
-    return values.astype("float64")
+def _spss_value(column: Column) -> str:
+    """Return the SQL of a column as SPSS has it: a text, or a number where missing is missing."""
+    if column.kind == "VARCHAR":
+        return f"coalesce({column.name}, '') AS {column.name}"
+    return f"{column.name}::{'INTEGER::' if column.kind == 'BOOLEAN' else ''}DOUBLE AS {column.name}"
+
+
+def _extent(duck: Any, query: str, table: str, columns: Sequence[Column]) -> tuple[list[str], dict[str, int]]:
+    """Return the names of a table's files, and how many bytes each text column needs."""
+    texts = [c.name for c in columns if c.kind == "VARCHAR"]
+    longest = ", ".join(f"coalesce(max(strlen({name})), 0)" for name in texts)
+    rows, *widths = duck.execute(f"SELECT count(*), {longest} FROM ({query})").fetchone()
+    count = max(1, -(-rows // (_VECTORS_A_FILE * _ROWS_A_VECTOR)))
+    names = [f"{table}.sav"] if count == 1 else [f"{table}_{k + 1}.sav" for k in range(count)]
+    return names, dict(zip(texts, widths, strict=True))
+
+
+def _forget_spss(target: Folder, table: str) -> None:
+    """Remove an earlier export: fewer files of another length would be joined with these."""
+    for name in target.names():
+        if re.fullmatch(rf"{table}(_\d+)?\.sav|{table}\.sps", name):
+            target.remove(name)
+
+
+def _write_sav(frame: Any, path: str, table: str, columns: Sequence[Column], longest: Mapping[str, int]) -> None:
+    import pyreadstat
+
+    for name, width in longest.items():
+        if len(frame):
+            # SPSS joins files only where texts have one width, and a column is as wide as its widest value; blanks
+            # at a text's end mean nothing there.
+            first = frame[name].iloc[0]
+            frame.loc[0, name] = first + " " * (width - len(first.encode()))
+    pyreadstat.write_sav(
+        frame, path, file_label=f"proxemetry: {table}", row_compress=True,
+        column_labels={c.name: _label(c) for c in columns},
+        variable_value_labels={c.name: {0.0: "no", 1.0: "yes"} for c in columns if c.kind == "BOOLEAN"},
+        variable_measure={c.name: "nominal" if c.kind in ("VARCHAR", "BOOLEAN") else "scale" for c in columns},
+    )  # fmt: skip
+
+
+def _joining_syntax(table: str, names: Sequence[str]) -> str:
+    files = "\n".join(f"  /FILE='{name}'" for name in names)
+    return (
+        f"* proxemetry: joins the files of the table {table}. CD to their folder first, or open this file from there.\n"
+        f"ADD FILES\n{files}.\nEXECUTE.\nSAVE OUTFILE='{table}.sav' /COMPRESSED.\n"
+    )
 
 
 def _label(column: Column) -> str:

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import argparse
 
-from ..archive.export import write_coco, write_spss
+from ..archive.export import COCO_FILE, write_coco, write_spss
 from ..archive.folder import Folder
 from ..archive.results import TABLE_FORMATS, Results
 from ..errors import OutputError, SettingsError
-from ..tables import codebook_markdown
+from ..tables import TABLES, codebook_markdown
 from . import DONE
 
 FORMATS = (*TABLE_FORMATS, "spss", "coco")
@@ -57,11 +57,14 @@ def run(args: argparse.Namespace) -> int:
     target = Folder(args.out) if args.out else results.folder
     safe = results.run.get("safe_distance_m") if args.safe_distance is None else args.safe_distance
     tables = [f for f in args.format if f in TABLE_FORMATS]
+    written: list[str] = []
     if tables:
         results.write_tables(safe, target, tables)
+        written += [f"{table}.{form}" for form in tables for table in TABLES] + ["codebook.csv"]
     if "spss" in args.format:
-        write_spss(results, target, safe)
+        written += write_spss(results, target, safe)
     if "coco" in args.format:
         write_coco(results, target)
-    print(f"written to {target.location}: {', '.join(args.format)}")
+        written.append(COCO_FILE)
+    print(f"written to {target.location}: {', '.join(written)}")
     return DONE
