@@ -16,9 +16,10 @@ from proxemetry import weights
 from proxemetry.errors import ModelError, SettingsError
 from proxemetry.photo import Photo
 from proxemetry.pose import PoseOptions, backend_named
-from proxemetry.pose.blazepose.detectors import Boxes, merged, windows_of
+from proxemetry.pose.blazepose.detectors import Boxes, merged, windows_near, windows_of
 from proxemetry.pose.blazepose.duplicates import agree, are_same, without_duplicates
 from proxemetry.pose.blazepose.landmarks import Candidate
+from proxemetry.pose.blazepose.pruning import without_output
 from proxemetry.pose.blazepose.regions import Picture, Region
 
 SHARED = Path(__file__).resolve().parents[2] / "shared"
@@ -120,6 +121,43 @@ def test_the_embedded_back_end_takes_no_argument():
         backend_named("blazepose:x", PoseOptions(offline=True))
 
 
+@given(
+    st.integers(40, 1200), st.integers(40, 1200), st.floats(0, 1), st.floats(0, 1), st.integers(0, 60)
+)  # fmt: skip
+def test_windows_near_a_level_begin_there_and_stay_in_the_photo(width, height, low, span, most):
+    levels = low * height, (low + span * (1 - low)) * height
+    windows = windows_near(width, height, (0.3, 0.2), 0.25, levels, most)
+    assert len(windows) <= most and len(set(windows)) == len(windows)
+    for x, y, across, down in windows:
+        assert x >= 0 and y >= 0 and x + across <= width and y + down <= height
+    aside = [max(abs(y + down / 2 - sum(levels) / 2) - (levels[1] - levels[0]) / 2, 0.0) for _, y, _, down in windows]
+    assert aside == sorted(aside)
+    everywhere = windows_near(width, height, (0.3,), 0.25, levels, 10_000)
+    covered = np.zeros((height, width), bool)
+    for x, y, across, down in everywhere:
+        covered[y : y + down, x : x + across] = True
+    assert covered.all()
+
+
+def test_a_network_that_is_none_or_lacks_the_output_is_refused(embedded):
+    with pytest.raises(ModelError, match="no TFLite file"):
+        without_output(b"nothing", 4)
+    content = weights.verify("pose_landmark_full.tflite").path.read_bytes()
+    with pytest.raises(ModelError, match="no output of 12345 elements"):
+        without_output(content, 12345)
+
+
+def test_a_quick_look_sees_what_a_whole_one_sees_but_no_silhouette(embedded):
+    """The layers left out feed nothing but the silhouette: all other answers are the same numbers."""
+    pixels = np.random.default_rng(3).integers(0, 256, (300, 300, 3), dtype=np.uint8)
+    picture, region = Picture(pixels), Region(140, 150, 260)
+    whole = embedded._landmarks.look(picture, region)
+    quick = embedded._landmarks.look(picture, region, quick=True)
+    assert whole.mask is not None and quick.mask is None
+    for name in ("keypoints_px", "visibility", "presence", "peaks", "flag", "world_m"):
+        assert np.allclose(getattr(whole, name), getattr(quick, name), atol=1e-5), name
+
+
 @pytest.fixture(scope="module")
 def embedded():
     try:
@@ -132,8 +170,11 @@ def embedded():
 
 
 def test_the_labelled_people_are_found(embedded):
-    """The promise, with the count of the published tool: 47 of 52 clear people, 3 doubled, 1 invented at most."""
-    total = {"clear_found": 0, "duplicates": 0, "false": 0}
+    """The promise, with the count of the published tool: 48 of 52 clear people and 6 of 27 hard, 1 double, 0 invented.
+
+    One fewer may be found: another processor's rounding moves a look by a little, and an unsure person with it.
+    """
+    total = {"clear_found": 0, "hard_found": 0, "duplicates": 0, "false": 0}
     counter = _counter()
     for name, truth in json.loads((PHOTOS / "people.json").read_text())["images"].items():
         people = embedded.detect(Photo.open(PHOTOS / name))
@@ -144,8 +185,9 @@ def test_the_labelled_people_are_found(embedded):
         ]
         _count(counter, results, truth, total)
     assert total["clear_found"] >= 47, total
-    assert total["duplicates"] <= 3, total
-    assert total["false"] <= 1, total
+    assert total["hard_found"] >= 5, total
+    assert total["duplicates"] <= 2, total
+    assert total["false"] == 0, total
 
 
 def _counter():
@@ -159,7 +201,8 @@ def _counter():
 def _count(counter, results, truth, total):
     labels = truth["people"]
     taken = counter.match(results, labels)
-    total["clear_found"] += sum(labels[j]["difficulty"] == "clear" for j in taken.values())
+    for j in taken.values():
+        total[f"{labels[j]['difficulty']}_found"] += 1
     for i, (head, shoulder, length) in enumerate(results):
         ignored = any(
             z[0] <= head[0] <= z[2] and z[1] <= head[1] <= z[3] and not length >= z[4] for z in truth["ignore"]

@@ -8,7 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 from network_files import constant_network, dots, joints_network, yolox_detector
+from PIL import Image
 
+from proxemetry.cli import main
 from proxemetry.errors import ModelError, SettingsError
 from proxemetry.photo import Photo, RGBArray
 from proxemetry.pose import PoseOptions, backend_named, looking
@@ -274,3 +276,34 @@ def test_an_unknown_specification_and_an_absent_file(tmp_path: Path) -> None:
     path.write_text('skeleton = "coco17"\n[one_stage]\nfile = "absent.onnx"\ndecode = "rtmo"')
     with pytest.raises(ModelError, match="neither beside the specification nor in the model table"):
         OnnxBackend(read_specification(str(path)))
+
+
+@pytest.mark.parametrize("name", ["blazepose", "recorded:x.json", "python:a:b", "yolov4-openpose"])
+def test_a_back_end_without_a_say_in_the_device_refuses_it(name: str) -> None:
+    with pytest.raises(SettingsError, match="runs on the processor alone, not on 'gpu'"):
+        backend_named(name, PoseOptions(device="gpu", offline=True))
+
+
+def test_a_mirror_is_refused_where_nothing_would_look_into_it(tmp_path: Path) -> None:
+    with pytest.raises(SettingsError, match="cannot look at a mirrored photo"):
+        backend_named("recorded:x.json", PoseOptions(flip=True))
+    constant_network(tmp_path / "one.onnx", (640, 640), np.zeros((1, 1, 5)), np.zeros((1, 1, 17, 3)))
+    spec = tmp_path / "one.toml"
+    spec.write_text('skeleton = "coco17"\n[one_stage]\nfile = "one.onnx"\ndecode = "rtmo"\n')
+    with pytest.raises(SettingsError, match="leave flip out"):
+        backend_named(f"onnx:{spec}", PoseOptions(flip=True))
+    with pytest.raises(SettingsError, match="device 'tpu' is unknown"):
+        PoseOptions(device="tpu")
+
+
+def test_a_gpu_that_is_not_there_is_an_error_on_the_command_line(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    if {"CUDAExecutionProvider", "ROCMExecutionProvider", "DmlExecutionProvider"} & set(ort.get_available_providers()):
+        pytest.skip("this ONNX Runtime has a GPU")
+    photo = tmp_path / "grey.png"
+    Image.new("RGB", (64, 48)).save(photo)
+    pose = f"onnx:{specification(tmp_path)}"
+    code = main(["measure", str(photo), "--out", str(tmp_path / "out"), "--pose", pose, "--device", "gpu", "--flip"])
+    assert code == 2
+    assert "a GPU was asked for, and this ONNX Runtime has none" in capsys.readouterr().err

@@ -14,7 +14,7 @@ from ..errors import SettingsError
 from ..locate import BODY_SIZES, FLOORS, METHODS, LocateSettings
 from ..locate.pinhole import QUIRKS
 from ..measure import DEFAULT_METHOD, Settings
-from ..pose import EFFORTS, PoseOptions
+from ..pose import DEVICES, EFFORTS, PoseOptions
 from . import DONE, NOTHING_DONE, SOME_FAILED
 from .camera_options import add_camera_options, focal_request
 from .progress import Reporter
@@ -54,6 +54,10 @@ def _add_method(parser: argparse.ArgumentParser) -> None:
         "--pose", default="auto", metavar="NAME", help="back end: auto, a name, or recorded:FILE (default: auto)"
     )
     group.add_argument("--effort", default="normal", choices=EFFORTS, help="how hard people are looked for")
+    group.add_argument(
+        "--device", default="cpu", choices=DEVICES, help="what the networks of ONNX back ends run on (default: cpu)"
+    )
+    group.add_argument("--flip", action="store_true", help="look at each person in a mirror too, and average")
     group.add_argument("--method", default=DEFAULT_METHOD, choices=METHODS, help=f"default: {DEFAULT_METHOD}")
     group.add_argument(
         "--body-size", default=LocateSettings().body_size, choices=BODY_SIZES, help="whose body lengths hold"
@@ -134,7 +138,7 @@ def _job(args: argparse.Namespace) -> Job:
     return Job(
         args.out,
         args.pose,
-        PoseOptions(effort=args.effort, offline=args.offline),
+        PoseOptions(effort=args.effort, offline=args.offline, device=args.device, flip=args.flip),
         Settings(args.method, locate, focal, undistort=not args.no_undistort),
         args.with_names,
         args.with_gps,

@@ -15,14 +15,16 @@ from ..errors import SettingsError
 from ..people import PoseBackend
 
 EFFORTS = ("fast", "normal", "thorough")
+DEVICES = ("cpu", "gpu", "openvino")
 
 
 @dataclass(frozen=True)
 class PoseOptions:
-    """What the user states of finding people, for every back end; each takes what it knows.
+    """What the user states of finding people, for every back end.
 
     effort: "fast", "normal" or "thorough". threads: how many a network may use (1 where photos run in parallel).
-    offline: nothing may be fetched. device: "cpu", "gpu" or "openvino". flip: average with the mirrored photo.
+    offline: nothing may be fetched. device: one of `DEVICES`. flip: average with the mirrored photo. A back end that
+    has no say in one of the last two refuses it (`Entry.takes`); the others are for those that can use them.
     """
 
     effort: str = "normal"
@@ -36,6 +38,8 @@ class PoseOptions:
             raise SettingsError(f"effort {self.effort!r} is unknown: use one of {', '.join(EFFORTS)}")
         if self.threads < 1:
             raise SettingsError(f"threads is {self.threads}: it must be 1 or more")
+        if self.device not in DEVICES:
+            raise SettingsError(f"device {self.device!r} is unknown: use one of {', '.join(DEVICES)}")
 
 
 @dataclass(frozen=True)
@@ -43,7 +47,7 @@ class Entry:
     """One back end: `target` is "module:factory", called as factory(argument, options) -> PoseBackend.
 
     models: names of the networks it needs. runtime: the package that runs them, "" for none. summary: for the list.
-    argument: what the factory gets where the name carries none.
+    argument: what the factory gets where the name carries none. takes: which of `device` and `flip` it heeds.
     """
 
     target: str
@@ -51,17 +55,25 @@ class Entry:
     runtime: str
     summary: str
     argument: str = ""
+    takes: tuple[str, ...] = ()
+
+
+_ANY = ("device", "flip")
 
 
 def _ready(name: str, models: tuple[str, ...], summary: str) -> Entry:
-    return Entry("onnx_backend:open_backend", models, "onnxruntime", summary, name)
+    return Entry("onnx_backend:open_backend", models, "onnxruntime", summary, name, _ANY)
 
 
 _PAPER_MODELS = ("yolov4.cfg", "yolov4.weights", "body_25_pose_deploy.prototxt", "pose_iter_584000.caffemodel")
 
 BACKENDS: dict[str, Entry] = {
     "blazepose": Entry(
-        "blazepose:open_backend", weights.EMBEDDED, "ai_edge_litert", "the embedded default: runs everywhere"
+        "blazepose:open_backend",
+        weights.EMBEDDED,
+        "ai_edge_litert",
+        "the embedded default: runs everywhere",
+        takes=("flip",),  # it always does
     ),
     "rtmdet-rtmpose-halpe26": _ready(
         "rtmdet-rtmpose-halpe26", ("rtmdet_m_person.onnx", "rtmpose_m_halpe26.onnx"), "26 joints, neck and hip seen"
@@ -76,14 +88,18 @@ BACKENDS: dict[str, Entry] = {
     "yolox-tinypose": _ready(
         "yolox-tinypose", ("yolox_nano.onnx", "tinypose_256x192.onnx"), "17 joints, small and quick"
     ),
-    "onnx": Entry("onnx_backend:open_backend", (), "onnxruntime", "onnx:SPEC.toml runs any detector and pose network"),
+    "onnx": Entry(
+        "onnx_backend:open_backend", (), "onnxruntime", "onnx:SPEC.toml runs any detector and pose network", takes=_ANY
+    ),
     "yolov4-openpose": Entry(
         "yolov4_openpose:open_backend", _PAPER_MODELS, "cv2", "the paper's pair; yolov4-openpose:FOLDER holds its files"
     ),
     "yolov4-openpose-published": Entry(
         "yolov4_openpose:open_published", _PAPER_MODELS, "cv2", "the same with all that the authors' code does"
     ),
-    "cross-check": Entry("cross_check:open_backend", (), "", "cross-check:A+B keeps those of A whom B sees too"),
+    "cross-check": Entry(
+        "cross_check:open_backend", (), "", "cross-check:A+B keeps those of A whom B sees too", takes=_ANY
+    ),
     "recorded": Entry("recorded:open_backend", (), "", "recorded:FILE replays a keypoint file or folder"),
     "python": Entry("callables:open_backend", (), "", "python:MODULE:FUNCTION calls your own detector"),
 }
@@ -113,14 +129,25 @@ def auto_name() -> str:
 def backend_named(name: str, options: PoseOptions | None = None) -> PoseBackend:
     """Return the back end of that name, ready to detect.
 
-    Raises SettingsError for a name that is not in `BACKENDS`, ModelError where a network is absent or damaged,
-    KeypointsError where recorded keypoints are malformed.
+    Raises SettingsError for a name that is not in `BACKENDS` or an option that it does not take, ModelError where a
+    network is absent or damaged, KeypointsError where recorded keypoints are malformed.
     """
     key, _, argument = (auto_name() if name == "auto" else name).partition(":")
     if key not in BACKENDS:
         raise SettingsError(f"pose back end {name!r} is unknown: use auto or one of {', '.join(BACKENDS)}")
+    options = options or PoseOptions()
+    _check_options(key, options)
     module, attribute = BACKENDS[key].target.split(":")
     factory: Callable[[str, PoseOptions], PoseBackend] = getattr(
         importlib.import_module(f"{__name__}.{module}"), attribute
     )
-    return factory(argument or BACKENDS[key].argument, options or PoseOptions())
+    return factory(argument or BACKENDS[key].argument, options)
+
+
+def _check_options(key: str, options: PoseOptions) -> None:
+    """Refuse what a back end would pass over in silence: somebody who asks for a GPU believes to have it."""
+    takes = BACKENDS[key].takes
+    if options.device != "cpu" and "device" not in takes:
+        raise SettingsError(f"pose back end {key} runs on the processor alone, not on {options.device!r}")
+    if options.flip and "flip" not in takes:
+        raise SettingsError(f"pose back end {key} cannot look at a mirrored photo: leave flip out")

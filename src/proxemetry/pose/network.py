@@ -12,11 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import ModelError, SettingsError
+from . import DEVICES
 
 Floats = NDArray[np.float32]
 Run = Callable[[Floats], list[Floats]]
-
-DEVICES = ("cpu", "gpu", "openvino")
 
 #: ONNX Runtime's providers that are a GPU, best first.
 _GPU_PROVIDERS = ("CUDAExecutionProvider", "ROCMExecutionProvider", "MIGraphXExecutionProvider", "DmlExecutionProvider")

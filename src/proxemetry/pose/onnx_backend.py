@@ -8,7 +8,7 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import ModelError
+from ..errors import ModelError, SettingsError
 from ..people import People
 from ..photo import Photo, RGBArray
 from ..skeleton import Skeleton
@@ -33,11 +33,14 @@ class OnnxBackend:
     Scores are the networks' own, cut to 0..1: of a joint the height of its peak, of a person the geometric mean of the
     detector's score and of the joints' mean, unseen ones counted as 0. `keypoint_noise` says what pixel error a
     joint's score stands for.
-    Raises ModelError where a network is absent, damaged, or does not fit the specification.
+    Raises ModelError where a network is absent, damaged, or does not fit the specification, SettingsError where an
+    option does not.
     """
 
     def __init__(self, specification: Specification, options: PoseOptions | None = None) -> None:
         self.specification, self.options = specification, options or PoseOptions()
+        if self.options.flip and specification.pose is None:
+            raise SettingsError(f"{specification.name} is one network for all, shown no mirrored crops: leave flip out")
         self.networks = {
             file: Network(specification.path_of(file), device=self.options.device, threads=self.options.threads)
             for file in specification.files

@@ -27,14 +27,14 @@ from .duplicates import agree, without_duplicates
 from .eyes import PupilFinder
 from .landmarks import Candidate, Landmarks
 from .regions import Picture
-from .score import FLAG_MINIMUM, LIKELY, PERSON_MINIMUM, face_of, person_score
-from .search import EFFORTS, Search, Sighting, neighbours, proposals
+from .score import LIKELY, PERSON_MINIMUM, face_of, head_px, person_score
+from .search import EFFORTS, Search, Sighting, neighbours, proposals, small_faces
 
 FloatArray = NDArray[np.float64]
 
 #: Photos are decoded at no more than this: a torso of a tenth of the photo is then 240 px long, more than a crop holds.
 _LONG_SIDE_PX = 2400
-#: Who is at least this sure has neighbours looked for.
+#: Who is at least this sure has neighbours looked for, and says at which level heads are.
 _SURE = 0.7
 # 37 people of the labelled photos, their headings put down by eye: 21 degrees rms, none turned front to back. The
 # network sees a cut-out and so measures from the line of sight, which away from the photo's middle is up to half the
@@ -79,10 +79,14 @@ class BlazePose:
         picture = Picture(pixels)
         found, faces = proposals(picture, self._pose, self._face, self.effort)
         search = Search(picture, self._landmarks, self.effort.looks)
-        first = search.visit(found, kept_back=self.effort.looks // 4 if self.effort.neighbours else 0)
+        kept_back = self.effort.looks // 4 if self.effort.neighbours else 0
+        search.visit(found, 2 * kept_back if self.effort.small_faces[1] else kept_back)
+        if self.effort.small_faces[1]:
+            heads = np.array([head_px(s.candidate) for s in _sure(search, faces)]).reshape(-1, 2)
+            found, faces = small_faces(picture, self._face, self.effort, heads, faces)
+            search.visit(found, kept_back)
         if self.effort.neighbours:
-            sure = [s for s in first if _scored(s, faces) > _SURE]
-            search.visit(neighbours(sure))
+            search.visit(neighbours(_sure(search, faces)))
         people = self._people(picture, search, faces)
         return people.scaled(photo.width / picture.width, photo.height / picture.height)
 
@@ -94,8 +98,9 @@ class BlazePose:
         for i in kept:
             sighting = search.sightings[i]
             mirrored = search.again(sighting)
-            # Shown the mirror image, the network must see the same person: what it imagined it does not see twice.
-            if mirrored.flag < FLAG_MINIMUM or not agree(sighting.candidate, mirrored):
+            # Shown the mirror image, the network must see the same person: what it imagined it does not see twice. Its
+            # own word that somebody is there is one of the score's features, and one of the least telling.
+            if not agree(sighting.candidate, mirrored):
                 continue
             score = (float(scores[i]) + person_score(replace(sighting, candidate=mirrored))) / 2
             if score > PERSON_MINIMUM:
@@ -123,6 +128,10 @@ class BlazePose:
         outside = ((keypoints < 0) | (keypoints > (picture.width, picture.height))).any(axis=1)
         keypoints[outside], scores[outside] = np.nan, 0.0
         return keypoints, scores
+
+
+def _sure(search: Search, faces: Boxes) -> list[Sighting]:
+    return [sighting for sighting in search.sightings if _scored(sighting, faces) > _SURE]
 
 
 def _scored(sighting: Sighting, faces: Boxes) -> float:

@@ -67,12 +67,10 @@ class Detector:
 
     def find(self, picture: Picture, windows: list[Window], threshold: float) -> Boxes:
         """Return what scores above the threshold, merged within each window but not across windows."""
-        found = [merged(self._in_window(picture, window, threshold)) for window in windows]
-        return Boxes(
-            np.concatenate([b.boxes_px for b in found]),
-            np.concatenate([b.points_px for b in found]),
-            np.concatenate([b.scores for b in found]),
-        )
+        return joined([self._nothing(), *(merged(self._in_window(picture, w, threshold)) for w in windows)])
+
+    def _nothing(self) -> Boxes:
+        return Boxes(np.zeros((0, 4)), np.zeros((0, self._head.points, 2)), np.zeros(0))
 
     def _in_window(self, picture: Picture, window: Window, threshold: float) -> Boxes:
         canvas, scale, offset = picture.letterboxed(window, self._network.side)
@@ -96,6 +94,31 @@ def windows_of(width: int, height: int, fraction: float, overlap: float) -> Iter
             yield x, y, min(width, side), min(height, side)
 
 
+def windows_near(
+    width: int, height: int, fractions: tuple[float, ...], overlap: float, levels_px: tuple[float, float], most: int
+) -> list[Window]:
+    """Return the `most` windows nearest to a band of the photo, from its upper to its lower level; nearest first.
+
+    Windows lie in rows, one of each size around the middle of the band, the others above and below it.
+    """
+    middle, reach = sum(levels_px) / 2, (levels_px[1] - levels_px[0]) / 2
+    found: list[tuple[float, Window]] = []
+    for fraction in fractions:
+        side = max(1, round(max(width, height) * fraction))
+        step = side * (1 - overlap)
+        row_height, highest = min(height, side), max(0, height - side)
+        tops = {min(max(round(middle - side / 2 + k * step), 0), highest) for k in _rows_about(middle, height, step)}
+        for top in tops:
+            aside = max(abs(top + row_height / 2 - middle) - reach, 0.0)
+            found += [(aside, (x, top, min(width, side), row_height)) for x in _starts(width, side, overlap)]
+    found.sort(key=lambda pair: pair[0])
+    return [window for _, window in found[:most]]
+
+
+def _rows_about(middle: float, height: int, step: float) -> range:
+    return range(-math.ceil(middle / step), math.ceil((height - middle) / step) + 1)
+
+
 def _starts(length: int, side: int, overlap: float) -> list[int]:
     if length <= side:
         return [0]
@@ -109,6 +132,15 @@ def _anchors(side: int, head: Head) -> FloatArray:
         y, x = np.mgrid[stride / 2 : side : stride, stride / 2 : side : stride]
         grids.append(np.stack([x, y], axis=-1).reshape(-1, 2).repeat(per_cell, axis=0))
     return np.concatenate(grids)
+
+
+def joined(parts: list[Boxes]) -> Boxes:
+    """Return several detectors' or windows' answers as one; there is one part at least."""
+    return Boxes(
+        np.concatenate([b.boxes_px for b in parts]),
+        np.concatenate([b.points_px for b in parts]),
+        np.concatenate([b.scores for b in parts]),
+    )
 
 
 def merged(boxes: Boxes) -> Boxes:

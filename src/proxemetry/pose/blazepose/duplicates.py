@@ -86,6 +86,7 @@ def _inside(a: Candidate, b: Candidate) -> FloatArray:
     shoulders, hips = points[_SHOULDERS], points[_HIPS]
     middles = np.stack([shoulders.mean(axis=0), hips.mean(axis=0), np.concatenate([shoulders, hips]).mean(axis=0)])
     tested = np.concatenate([points[_NOSE], points[_EARS], shoulders, hips, middles])
+    assert b.mask is not None  # only second looks are compared, and those draw it
     side = b.mask.shape[0]
     cells = np.floor(b.region.from_photo(tested) * side).astype(int)
     inside = ((cells >= 0) & (cells < side)).all(axis=1)

@@ -31,8 +31,8 @@ class Candidate:
 
     keypoints_px: (33, 2). visibility, presence, peaks: (33,), 0..1; the last is the height of each heat map.
     flag: whether a person is there, 0..1. world_m: (33, 3), metres about the hips, x right and y down in the photo,
-    z away from the camera. mask: (64, 64) over the square, 0..1. region: where it looked; next_region: where it would
-    look again.
+    z away from the camera. mask: (64, 64) over the square, 0..1; None where the look was a quick one. region: where it
+    looked; next_region: where it would look again.
     """
 
     keypoints_px: FloatArray
@@ -41,7 +41,7 @@ class Candidate:
     peaks: FloatArray
     flag: float
     world_m: FloatArray
-    mask: FloatArray
+    mask: FloatArray | None
     region: Region
     next_region: Region
 
@@ -60,30 +60,33 @@ class Candidate:
 
 
 class Landmarks:
-    """The landmark network at work on a picture; counts its runs."""
+    """The landmark network at work on a picture; counts its runs.
+
+    It is loaded twice, whole and without what draws the silhouette: a quick look is a quarter cheaper.
+    """
 
     def __init__(self, path: Path, threads: int) -> None:
-        self._network = Network(path, threads)
+        self._whole = Network(path, threads)
+        self._quick = Network(path, threads, without=self._whole.side**2)
         self.runs = 0
 
-    def look(self, picture: Picture, region: Region, mirrored: bool = False) -> Candidate:
+    def look(self, picture: Picture, region: Region, *, mirrored: bool = False, quick: bool = False) -> Candidate:
         """Return what the network sees in a region; `mirrored` shows it the region flipped left to right."""
         self.runs += 1
-        side = self._network.side
+        side = self._whole.side
         crop = picture.crop(region, side)
         if mirrored:
             crop = crop[:, ::-1]
-        outputs = self._network(crop.astype(np.float32) / np.float32(255))
+        outputs = (self._quick if quick else self._whole)(crop.astype(np.float32) / np.float32(255))
         values = outputs[_POINTS * 5].reshape(_POINTS, 5).astype(float)
         heat = outputs[_HEAT * _HEAT * _POINTS].reshape(_HEAT, _HEAT, _POINTS)
-        mask = outputs[side * side].reshape(side, side)[
-            side // _MASK // 2 :: side // _MASK, side // _MASK // 2 :: side // _MASK
-        ]
+        mask = None if quick else _thinned(outputs[side * side].reshape(side, side))
         world = outputs[_POINTS * 3].reshape(_POINTS, 3).astype(float)
         points = _refined(values[:, :2] / side, heat)
         peaks = _sigmoid(heat.reshape(-1, _POINTS).max(axis=0))
         if mirrored:
-            points, values, peaks, world, mask = _flipped(points, values, peaks, world, mask)
+            points, values, peaks, world = _flipped(points, values, peaks, world)
+            mask = None if mask is None else mask[:, ::-1]
         angle = region.angle_rad
         world[:, :2] = world[:, :2] @ np.array(
             [[math.cos(angle), math.sin(angle)], [-math.sin(angle), math.cos(angle)]]
@@ -91,9 +94,15 @@ class Landmarks:
         photo = region.to_photo(points)
         return Candidate(
             photo[:_JOINTS], _sigmoid(values[:_JOINTS, 3]), _sigmoid(values[:_JOINTS, 4]), peaks[:_JOINTS],
-            float(outputs[1].ravel()[0]), world[:_JOINTS], _sigmoid(mask), region,
+            float(outputs[1].ravel()[0]), world[:_JOINTS], mask, region,
             Region.around(photo[_JOINTS], photo[_JOINTS + 1], 1.25),
         )  # fmt: skip
+
+
+def _thinned(logits: NDArray[np.float32]) -> FloatArray:
+    """Return a silhouette of 64 x 64 probabilities: the middle one of each block of cells."""
+    step = len(logits) // _MASK
+    return _sigmoid(logits[step // 2 :: step, step // 2 :: step])
 
 
 def _refined(points: FloatArray, heat: NDArray[np.float32]) -> FloatArray:
@@ -116,13 +125,10 @@ def _refined(points: FloatArray, heat: NDArray[np.float32]) -> FloatArray:
 
 
 def _flipped(
-    points: FloatArray, values: FloatArray, peaks: FloatArray, world: FloatArray, mask: NDArray[np.float32]
-) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, NDArray[np.float32]]:
+    points: FloatArray, values: FloatArray, peaks: FloatArray, world: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     """Return what was seen in a mirrored square as in the square itself, left and right named anew."""
-    return (
-        (points * (-1, 1) + (1, 0))[_MIRROR], values[_MIRROR], peaks[_MIRROR], (world * (-1, 1, 1))[_MIRROR],
-        mask[:, ::-1],
-    )  # fmt: skip
+    return (points * (-1, 1) + (1, 0))[_MIRROR], values[_MIRROR], peaks[_MIRROR], (world * (-1, 1, 1))[_MIRROR]
 
 
 def _sigmoid(values: NDArray[np.floating]) -> FloatArray:

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import ModelError
+from .pruning import without_output
 
 Float32Array = NDArray[np.float32]
 
@@ -23,12 +24,15 @@ _LOADING = threading.Lock()
 class Network:
     """One network: NHWC float32 in, its outputs by number of elements out. Not for several threads at once."""
 
-    def __init__(self, path: Path, threads: int) -> None:
+    def __init__(self, path: Path, threads: int, without: int | None = None) -> None:
+        """Load a network, `without` the output of that many elements where one is named."""
         from ai_edge_litert.interpreter import Interpreter  # type: ignore[import-untyped]
 
         try:
             with _LOADING, _without_banner():
-                self._interpreter: Any = Interpreter(model_path=str(path), num_threads=threads)
+                content = path.read_bytes()
+                kept = content if without is None else without_output(content, without)
+                self._interpreter: Any = Interpreter(model_content=kept, num_threads=threads)
                 self._interpreter.allocate_tensors()
         except (ValueError, RuntimeError) as error:
             raise ModelError(f"{path}: LiteRT cannot load it ({error})") from error

@@ -5,10 +5,14 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .detectors import Boxes
 from .duplicates import torso_px
+from .landmarks import Candidate
 from .search import Sighting
+
+FloatArray = NDArray[np.float64]
 
 _FACE, _TORSO = [0, 2, 5, 7, 8], [11, 12, 23, 24]
 _LIMBS = [13, 14, 15, 16, 25, 26, 27, 28]
@@ -38,13 +42,12 @@ _FEATURES = {
 # A first look below LIKELY is not worth a second. Over both looks the mean must exceed PERSON_MINIMUM: 0.5 let a play
 # tower and a group of statues pass in cut-outs of photos where nobody is, 0.6 nothing.
 LIKELY, PERSON_MINIMUM = 0.35, 0.6
-#: MediaPipe's own minimum for the network's word that a person is there; asked of the last look.
-FLAG_MINIMUM = 0.5
 
 
 def person_score(sighting: Sighting) -> float:
     """Return the probability that a sighting is a person."""
     seen = sighting.candidate
+    assert seen.mask is not None  # a sighting's candidate is no quick look
     a, b = seen.region, seen.next_region
     values = {
         "flag": _logit(seen.flag),
@@ -69,11 +72,16 @@ def person_score(sighting: Sighting) -> float:
     return 1 / (1 + math.exp(-total))
 
 
+def head_px(candidate: Candidate) -> FloatArray:
+    """Return the middle of the nose, eyes and ears, shape (2,)."""
+    return candidate.keypoints_px[_FACE].mean(axis=0)
+
+
 def face_of(sighting: Sighting, faces: Boxes) -> int | None:
     """Return the row of the detected face that is the sighting's, best score first, or None."""
     if not len(faces):
         return None
-    head = sighting.candidate.keypoints_px[_FACE].mean(axis=0)
+    head = head_px(sighting.candidate)
     heights = faces.boxes_px[:, 3] - faces.boxes_px[:, 1]
     relative = heights / torso_px(sighting.candidate)
     fits = (np.linalg.norm(faces.centres_px - head, axis=1) < 0.6 * heights) & (relative > 0.15) & (relative < 1.2)

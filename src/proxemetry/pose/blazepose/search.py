@@ -8,12 +8,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .detectors import Boxes, Detector, mean_of_groups, merged, windows_of
+from .detectors import Boxes, Detector, joined, mean_of_groups, merged, windows_near, windows_of
 from .duplicates import similarity
 from .landmarks import Candidate, Landmarks
 from .regions import Picture, Region
@@ -25,13 +25,15 @@ _BODY_FACTOR = 1.25
 # A face's box is about 1/4.3 of the way from hips to the circle's edge above the head (METHOD section 4: face height
 # .12 of a stature of 1.7 m; hips .9 m below the crown); the same figure as in the measured prototype.
 _HIPS_BELOW_FACE, _RADIUS_IN_FACES = 3.3, 4.3
-# Below this the network itself says that nobody is there. MediaPipe drops at 0.5; the second look decides here.
+# Below this a first look says that nobody is there (MediaPipe drops at 0.5), and there is no second one. Once it said
+# that somebody is, the score of the second look decides: the flag wavers between two looks at one person from 0 to 1.
 _FLAG_MINIMUM = 0.2
 # A neighbour's square lies this far aside: people next to each other stand about a shoulder's breadth (a fifth of the
 # square) to an arm's length apart.
 _ASIDE = 0.4
 # Keypoint similarity from which two first looks are the same person: COCO's strict threshold.
 _SAME_PERSON = 0.75
+_FACE_OVERLAP = 0.25
 # Shifts within which the network's own answer moves from look to look (its torso repeats within 2.4 %).
 _JITTER = ((0.03, 0.02, 1.05), (-0.03, -0.02, 1.05), (0.02, -0.03, 0.95), (-0.02, 0.03, 0.95))
 
@@ -40,7 +42,9 @@ _JITTER = ((0.03, 0.02, 1.05), (-0.03, -0.02, 1.05), (0.02, -0.03, 0.95), (-0.02
 class Effort:
     """How long to look: windows as (fraction of the long side, overlap), thresholds, and the budget of looks.
 
-    neighbours: whether squares beside people are tried. steadying: further looks at each person, to average over.
+    small_faces: fractions of the windows that are searched for faces of the size of those found so far or smaller,
+    and how many of them there may be: those nearest to the level where heads were found. neighbours: whether squares
+    beside people are tried. steadying: further looks at each person, to average over.
     """
 
     pose_windows: tuple[tuple[float, float], ...]
@@ -49,13 +53,15 @@ class Effort:
     face_minimum: float
     neighbours: bool
     looks: int
+    small_faces: tuple[tuple[float, ...], int] = ((), 0)
     steadying: int = 0
 
 
 EFFORTS = {
     "fast": Effort(((1.0, 0.5), (0.5, 0.5)), ((1.0, 0.25), (0.4, 0.25)), 0.2, 0.4, False, 24),
     "normal": Effort(
-        ((1.0, 0.5), (0.5, 0.5)), ((1.0, 0.25), (0.5, 0.25), (0.3, 0.25), (0.2, 0.25)), 0.1, 0.3, True, 90,
+        ((1.0, 0.5), (0.5, 0.5)), ((1.0, 0.25), (0.5, 0.25), (0.3, 0.25)), 0.1, 0.3, True, 90,
+        small_faces=((0.2, 0.13), 40),
     ),
     "thorough": Effort(
         ((1.0, 0.5), (0.6, 0.5), (0.4, 0.5), (0.25, 0.3)),
@@ -71,6 +77,7 @@ class Sighting:
 
     first_flag: what the first look said. detection: the best score of the detections that led here, 0 for none.
     votes: how many first looks ended here. face: the score of a detected face where the head is, 0 for none.
+    looked_at: the squares of the first looks that ended here.
     """
 
     candidate: Candidate
@@ -79,6 +86,7 @@ class Sighting:
     votes: int = 1
     face: float = 0.0
     sources: set[str] = field(default_factory=set[str])
+    looked_at: list[Region] = field(default_factory=list[Region])
 
 
 @dataclass(frozen=True)
@@ -99,9 +107,32 @@ def proposals(picture: Picture, pose: Detector, face: Detector, effort: Effort) 
         Proposal(Region.around(p[0], p[1], _BODY_FACTOR), float(s), "pose")
         for p, s in zip(bodies.points_px, bodies.scores, strict=True)
     ]
-    found += [Proposal(_below_face(b), float(s), "face") for b, s in zip(faces.boxes_px, faces.scores, strict=True)]
-    found.sort(key=lambda p: -p.score)
-    return found, faces
+    return sorted([*found, *_below_faces(faces)], key=lambda p: -p.score), faces
+
+
+def small_faces(
+    picture: Picture, face: Detector, effort: Effort, heads_px: FloatArray, faces: Boxes
+) -> tuple[list[Proposal], Boxes]:
+    """Return squares under smaller faces than were seen before, best first, and all faces, those before among them.
+
+    heads_px: where people were found, shape (N, 2). Who stands far away has the head near the horizon, and in photos
+    taken by somebody who stands everybody has: so it is at the level of the heads that small faces are looked for
+    first. Where nobody was found yet, it is at half the photo's height and in the largest of the windows alone: the
+    smallest then find faces in stone and foliage before they find any of people.
+    """
+    fractions, most = effort.small_faces
+    levels = (heads_px[:, 1].min(), heads_px[:, 1].max()) if len(heads_px) else (picture.height / 2,) * 2
+    fractions = fractions if len(heads_px) else fractions[:1]
+    windows = windows_near(picture.width, picture.height, fractions, _FACE_OVERLAP, levels, most)
+    new = merged(face.find(picture, windows, effort.face_minimum))
+    return sorted(_below_faces(new), key=lambda p: -p.score), merged(joined([faces, new]))
+
+
+def _below_faces(faces: Boxes) -> list[Proposal]:
+    return [
+        Proposal(_below_face(box), float(score), "face")
+        for box, score in zip(faces.boxes_px, faces.scores, strict=True)
+    ]
 
 
 class Search:
@@ -125,35 +156,38 @@ class Search:
             if known is not None:
                 _vote(known, proposal)
                 continue
-            first = self._look(proposal.region)
+            first = self._look(proposal.region, quick=True)
             if first.flag < _FLAG_MINIMUM:
                 continue
             known = next((s for s in self.sightings if _shows(first, s)), None)
             if known is not None:
                 _vote(known, proposal)
+                known.looked_at.append(proposal.region)
                 continue
-            content = first.next_region.resembles(first.region)
-            second = first if content else self._look(first.next_region)
-            if second.flag < _FLAG_MINIMUM:
-                continue
+            second = self._look(first.next_region)
             detection = proposal.score if proposal.source != "neighbour" else 0.0
-            new.append(Sighting(second, first.flag, detection, sources={proposal.source}))
+            new.append(Sighting(second, first.flag, detection, sources={proposal.source}, looked_at=[proposal.region]))
             self.sightings.append(new[-1])
         return new
 
     def again(self, sighting: Sighting) -> Candidate:
-        """Look once more where the network would look next, at the mirror image; not counted in the budget."""
-        return self._landmarks.look(self._picture, sighting.candidate.next_region, mirrored=True)
+        """Look once more where the network would look next, at the mirror image; not counted in the budget.
+
+        The silhouette stays that of the look before.
+        """
+        seen = sighting.candidate
+        mirrored = self._landmarks.look(self._picture, seen.next_region, mirrored=True, quick=True)
+        return replace(mirrored, mask=seen.mask)
 
     def steadied(self, sighting: Sighting, looks: int) -> list[Candidate]:
         """Return further looks at somebody, each a little aside and every other one mirrored; not counted either."""
         region = sighting.candidate.next_region
         shifted = [region.moved(right, down, grown) for right, down, grown in _JITTER[:looks]]
-        return [self._landmarks.look(self._picture, r, mirrored=k % 2 == 1) for k, r in enumerate(shifted)]
+        return [self._landmarks.look(self._picture, r, mirrored=k % 2 == 1, quick=True) for k, r in enumerate(shifted)]
 
-    def _look(self, region: Region) -> Candidate:
+    def _look(self, region: Region, *, quick: bool = False) -> Candidate:
         self.looks_left -= 1
-        return self._landmarks.look(self._picture, region)
+        return self._landmarks.look(self._picture, region, quick=quick)
 
 
 def neighbours(sightings: Iterable[Sighting]) -> list[Proposal]:
@@ -201,8 +235,11 @@ def _same_bodies(bodies: Boxes) -> list[NDArray[np.intp]]:
 
 
 def _explains(sighting: Sighting, proposal: Proposal) -> bool:
-    """Return whether a proposal is so near a sighting that another look would find the same person."""
-    known, new = sighting.candidate.region, proposal.region
+    """Return whether a proposal is so near where a sighting was found, or looked for, that it shows the same person."""
+    return any(_near(region, proposal.region) for region in (sighting.candidate.region, *sighting.looked_at))
+
+
+def _near(known: Region, new: Region) -> bool:
     near = math.hypot(known.x - new.x, known.y - new.y) < 0.1 * known.size
     return near and abs(math.log(known.size / new.size)) < 0.2
 
