@@ -53,11 +53,12 @@ class BodyTables:
     @classmethod
     def of(cls, model: BodyModel, posture: NDArray[np.intp]) -> BodyTables:
         """Return the tables of rows in these postures (R,)."""
-        table = np.concatenate([model.body, model.latent], axis=-1).transpose(0, 2, 1, 3)
-        head, rest = model.head.transpose(0, 2, 1, 3), model.rest.transpose(0, 2, 1)
+        table = np.concatenate([model.body, model.latent], axis=-1).transpose(0, 2, 1, 3)[posture]
+        head, rest = model.head.transpose(0, 2, 1, 3)[posture], model.rest.transpose(0, 2, 1)[posture]
+        # contiguous, so that the many products to come need no copies
         return cls(
-            table[posture], head[posture], rest[posture], model.torso[posture], model.torso_rest[posture],
-            model.torso_latent[posture],
+            np.ascontiguousarray(table), np.ascontiguousarray(head), np.ascontiguousarray(rest),
+            model.torso[posture], model.torso_rest[posture], model.torso_latent[posture],
         )  # fmt: skip
 
     def taken(self, index: NDArray[np.intp]) -> BodyTables:
