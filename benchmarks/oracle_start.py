@@ -46,7 +46,7 @@ def told(photo_set: list[SyntheticPhoto]) -> Records:
     """Run the fit with every start replaced by the truth."""
     real, current = scenefit.look, iter(photo_set)
 
-    def look(*arguments):  # noqa: ANN002, ANN202
+    def look(*arguments):
         start, photo = real(*arguments), next(current)
         return from_the_truth(start, photo) if len(start.cost) == len(photo.people) else start
 

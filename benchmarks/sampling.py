@@ -43,7 +43,7 @@ def fitted(photo: SyntheticPhoto) -> tuple[Bodies, Caught, SharedPrior] | None:
     caught: list[Caught] = []
     real = scenefit.placed_people
 
-    def spy(rows, explanations, weight, first, fit, *others):  # noqa: ANN001, ANN002, ANN202
+    def spy(rows, explanations, weight, first, fit, *others):
         caught.append(Caught(rows.taken(first), fit))
         return real(rows, explanations, weight, first, fit, *others)
 
