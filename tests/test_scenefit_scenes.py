@@ -49,7 +49,9 @@ def test_measured_places_with_made_up_bodies():
     assert np.isfinite(results["scene"].depth_m).mean() > 0.95
 
 
-@pytest.mark.parametrize(("posture", "most"), [("riding", 0.10), ("stooping", 0.09), ("lying", 0.20)])
+@pytest.mark.parametrize(
+    ("posture", "most"), [("squatting", 0.09), ("riding", 0.10), ("stooping", 0.09), ("lying", 0.20)]
+)
 def test_odd_postures_are_placed_and_move_nobody_else(posture, most):
     odd, others = [], []
     for people, owners, middles in odd_photos(posture, 12, seed=3):
@@ -57,7 +59,7 @@ def test_odd_postures_are_placed_and_move_nobody_else(posture, most):
         errors = np.abs(found[:, 2] / middles[owners, 2] - 1)
         odd += list(errors[np.array(owners) == 0])
         others += list(errors[np.array(owners) > 0])
-    assert np.nanmedian(odd) < most  # taken for standing: 12, 12 and 160 %
+    assert np.nanmedian(odd) < most  # taken for standing people, lying ones are 160 % off
     assert np.nanmedian(others) < 0.06
 
 

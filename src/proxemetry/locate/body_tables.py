@@ -10,14 +10,14 @@ from __future__ import annotations
 import numpy as np
 
 #: Riding is on a bicycle, bent is stooping from the hips, lying is on the back or the belly.
-POSTURES = ("standing", "seated", "riding", "bent", "lying")
+POSTURES = ("standing", "seated", "squatting", "riding", "bent", "lying")
 #: The first so many are common.
 N_COMMON = 2
 #: How likely a person is each, before any evidence.
-POSTURE_WEIGHTS = (0.825, 0.14, 0.015, 0.015, 0.005)
+POSTURE_WEIGHTS = (0.815, 0.14, 0.01, 0.015, 0.015, 0.005)
 #: How far the trunk of each leans forward before any latent, and the face with it, radians.
-TRUNK_LEAN = (0.0, 0.0, 0.40, 0.85, -np.pi / 2)
-FACE_LEAN = (0.0, 0.0, 0.0, 0.40, -np.pi / 2)
+TRUNK_LEAN = (0.0, 0.0, 0.40, 0.40, 0.85, -np.pi / 2)
+FACE_LEAN = (0.0, 0.0, 0.0, 0.0, 0.40, -np.pi / 2)
 
 #: The latent posture: angles in radians, lengths in statures.
 LATENTS = (
@@ -44,6 +44,12 @@ LATENT_PRIORS: dict[str, tuple[tuple[float, float], ...]] = {
         (0.0, 0.09), (0.0, 0.060), (0.0, 0.040),
         (0.0, 0.09), (0.0, 0.060), (0.0, 0.040),
         (0.0, 0.030), (0.020, 0.016),
+    ),
+    "squatting": (
+        (0.0, 0.25), (0.0, 0.09), (0.10, 0.30), (0.020, 0.025), (0.010, 0.015),
+        (0.0, 0.09), (0.0, 0.050), (0.0, 0.040),
+        (0.0, 0.09), (0.0, 0.050), (0.0, 0.040),
+        (0.0, 0.050), (0.015, 0.015),
     ),
     "riding": (
         (0.0, 0.22), (0.0, 0.07), (0.10, 0.30), (0.020, 0.025), (0.010, 0.015),
@@ -89,18 +95,23 @@ _SEATED_LEG = {
     "knee": (0.245, 0.075, 0.285), "ankle": (0.235, 0.070, 0.047), "heel": (0.205, 0.068, 0.020),
     "big_toe": (0.335, 0.080, 0.015), "small_toe": (0.318, 0.108, 0.015),
 }  # fmt: skip
+# On the haunches, heels on the ground or up; one knee down is within the spread.
+_SQUATTING_LEG = {
+    "knee": (0.220, 0.090, 0.270), "ankle": (0.070, 0.070, 0.065), "heel": (0.040, 0.070, 0.045),
+    "big_toe": (0.165, 0.085, 0.015), "small_toe": (0.150, 0.110, 0.015),
+}  # fmt: skip
 # Pedals at the mean of a turn, heights above the road.
 _RIDING_LEG = {
     "knee": (0.170, 0.060, 0.385), "ankle": (0.060, 0.060, 0.190), "heel": (0.020, 0.060, 0.165),
     "big_toe": (0.150, 0.070, 0.160), "small_toe": (0.135, 0.095, 0.160),
 }  # fmt: skip
 LEGS = {
-    "standing": STANDING_LEG, "seated": _SEATED_LEG, "riding": _RIDING_LEG, "bent": STANDING_LEG,
+    "standing": STANDING_LEG, "seated": _SEATED_LEG, "squatting": _SQUATTING_LEG, "riding": _RIDING_LEG, "bent": STANDING_LEG,
     "lying": STANDING_LEG,
 }  # fmt: skip
 #: Height of the hip joints above the floor in statures, where it does not follow from a standing person's shoulders: on
-#: a chair of mean height, on a saddle.
-HIP_HEIGHT = {"seated": 0.305, "riding": 0.555}
+#: a chair of mean height, on the haunches, on a saddle.
+HIP_HEIGHT = {"seated": 0.305, "squatting": 0.180, "riding": 0.555}
 #: Height of a lying torso's middle above the floor, in statures.
 LYING_HEIGHT = 0.07
 HIP_OUT = 0.062
