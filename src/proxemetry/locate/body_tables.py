@@ -106,8 +106,8 @@ _RIDING_LEG = {
     "big_toe": (0.150, 0.070, 0.160), "small_toe": (0.135, 0.095, 0.160),
 }  # fmt: skip
 LEGS = {
-    "standing": STANDING_LEG, "seated": _SEATED_LEG, "squatting": _SQUATTING_LEG, "riding": _RIDING_LEG, "bent": STANDING_LEG,
-    "lying": STANDING_LEG,
+    "standing": STANDING_LEG, "seated": _SEATED_LEG, "squatting": _SQUATTING_LEG, "riding": _RIDING_LEG,
+    "bent": STANDING_LEG, "lying": STANDING_LEG,
 }  # fmt: skip
 #: Height of the hip joints above the floor in statures, where it does not follow from a standing person's shoulders: on
 #: a chair of mean height, on the haunches, on a saddle.
