@@ -25,6 +25,7 @@ from pathlib import Path
 
 from recorded_archive import name_of, write_keypoints, write_photos
 
+_NOT_STARTED, _MOST_STARTS = 2, 20
 _WORKER_TITLES = (b"--multiprocessing-fork", b"ray::_Actor")
 
 
@@ -46,9 +47,9 @@ def _run(folder: Path, args: argparse.Namespace) -> int:
     write_photos(photos, args.photos)
     write_keypoints(keypoints, args.photos)
     chance = random.Random(args.seed)
-    kills, starts, resumed_at = Counter[str](), 0, list[int]()
+    kills, starts, resumed_at, not_started = Counter[str](), 0, list[int](), 0
     process, n_parts = None, 0
-    while sum(kills.values()) < args.kills:
+    while sum(kills.values()) < args.kills and not_started < _MOST_STARTS:
         if process is None:
             process = _start(photos, out, keypoints, args)
             starts += 1
@@ -61,14 +62,18 @@ def _run(folder: Path, args: argparse.Namespace) -> int:
         while process.poll() is None and len(_parts(out)) < goal and time.monotonic() < until:
             time.sleep(0.002)
         time.sleep(chance.uniform(0, 0.05))
+        if process.poll() == _NOT_STARTED and args.engine == "ray":
+            # On a busy machine Ray gives up on its own start after half a minute; who sees that line tries again.
+            not_started, process = not_started + 1, None
+            continue
         if process.poll() is not None:  # it ended before it could be killed: look, and begin anew
-            print(f"{sum(kills.values())} kills so far; a run came to its end")
             problems = _check(out, args.photos)
             if process.returncode or problems:
                 said = (folder / "said.txt").read_text(errors="replace")[-2000:]
                 print(f"a run ended with exit code {process.returncode}; {'; '.join(problems)}; it said:\n{said}")
                 return 1
             shutil.rmtree(out)
+            process = None
             continue
         n_parts = len(_parts(out))
         kind = ("worker", "parent", "both")[sum(kills.values()) % 3]
@@ -79,10 +84,14 @@ def _run(folder: Path, args: argparse.Namespace) -> int:
             process = None
     if process is not None:
         process.wait()
-    process = _start(photos, out, keypoints, args)
-    code = process.wait()
+    code = _NOT_STARTED
+    while code == _NOT_STARTED and not_started < _MOST_STARTS:
+        code = _start(photos, out, keypoints, args).wait()
+        not_started += code == _NOT_STARTED
     problems = _check(out, args.photos)
     print(f"{sum(kills.values())} kills ({dict(kills)}), {starts + 1} starts, parts there at each: {resumed_at}")
+    if not_started:
+        print(f"Ray did not start {not_started} times, and said so")
     print(
         f"last exit code {code}; {'; '.join(problems) or f'all {args.photos} photos exactly once, nothing left over'}"
     )

@@ -196,6 +196,20 @@ def test_copies_are_found_by_size_and_end(files, n_new):
         assert found.original[i] == (originals[0] if originals else -1)
 
 
+def test_a_thousand_like_files_do_not_make_one_shard():
+    twins = np.full(2000, -1)
+    twins[100:1900] = 100
+    shards, earlier = newcomers.shards_of(twins, first=7)
+    sizes = np.bincount(shards)[7:]
+    assert sizes.min() > 0  # numbered without a gap
+    assert sizes.max() <= (1 + newcomers.COPIES_A_SHARD) * 32
+    assert sizes.sum() == 2000
+    home = shards[100]
+    assert set(earlier[100:1900][shards[100:1900] == home]) == {-1}
+    assert set(earlier[100:1900][shards[100:1900] != home]) == {home}
+    assert set(earlier[:100]) == {-1}
+
+
 def test_photos_that_came_later_are_found_while_others_are_measured(tmp_path):
     photos = write_photos(tmp_path / "photos", 6)
     run([str(photos)], job(tmp_path / "out"), jobs=0, shard=(1, 2))

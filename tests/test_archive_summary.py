@@ -9,12 +9,13 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.special import stdtrit
 from small_photos import write_photos
 
 from proxemetry.archive.corrections import FILE, Log
 from proxemetry.archive.results import Results
 from proxemetry.archive.run import run
-from proxemetry.archive.sampling import Sample
+from proxemetry.archive.sampling import Sample, _student
 from proxemetry.archive.summary import _groups, summarise
 from proxemetry.archive.work import Job
 from proxemetry.cli import main
@@ -123,15 +124,21 @@ def group_of(distances, photo):
     return group
 
 
-def test_intervals_hold_what_they_promise():
-    # 60 photos drawn anew 400 times; the pairs of one photo are alike, so counting pairs would promise too much.
+def test_the_width_for_few_photos_is_students():
+    freedom = np.arange(1, 200)
+    assert _student(freedom) == pytest.approx(stdtrit(freedom, 0.95), rel=1e-3)
+
+
+@pytest.mark.parametrize("n_photos", [3, 6, 60])
+def test_intervals_hold_what_they_promise(n_photos):
+    # so many photos drawn anew 400 times; the pairs of one photo are alike, so counting pairs would promise too much.
     random = np.random.default_rng(5)
     truth = 0.5  # of the pairs are nearer than 1.219 m: exp(N(0, .)) * 1.219 has its median there
     in_share = in_median = 0
     for _ in range(400):
-        pairs_each = random.integers(1, 7, 60)
-        photo = np.repeat(np.arange(60), pairs_each)
-        distances = 1.219 * np.exp(random.normal(0, 0.4, 60)[photo] + random.normal(0, 0.2, len(photo)))
+        pairs_each = random.integers(1, 7, n_photos)
+        photo = np.repeat(np.arange(n_photos), pairs_each)
+        distances = 1.219 * np.exp(random.normal(0, 0.4, n_photos)[photo] + random.normal(0, 0.2, len(photo)))
         group = group_of(distances, photo)
         low = group.zones[2].low + group.zones[3].low
         near_low, near_high = 1 - (group.zones[2].high + group.zones[3].value), 1 - low
@@ -163,9 +170,10 @@ def test_many_groups_at_once_are_each_group_alone(pairs):
             continue
         below = mine <= medians.value[g]
         sums = [np.sum(below[where == p] - below.mean()) for p in set(where)]
-        sd = math.sqrt(n / (n - 1) * np.sum(np.square(sums))) / len(mine)
-        ends = np.quantile(mine, np.clip([0.5 - 1.6448536 * sd, 0.5 + 1.6448536 * sd], 0, 1))
-        assert [medians.low[g], medians.high[g]] == pytest.approx(ends, rel=1e-5)
+        sd = math.sqrt(n / (n - 1) * np.sum(np.square(sums))) / len(mine) or 0.5 / math.sqrt(n)
+        wide = stdtrit(n - 1, 0.95) * sd
+        ends = np.quantile(mine, np.clip([0.5 - wide, 0.5 + wide], 0, 1))
+        assert [medians.low[g], medians.high[g]] == pytest.approx(ends, rel=1e-2)
         assert 0 <= shares.low[g] <= shares.value[g] + 1e-9 <= shares.high[g] + 2e-9 <= 1 + 2e-9
 
 

@@ -70,7 +70,12 @@ class RayCrew:
         self._ray: Any = ray
         self._started_here = not ray.is_initialized()
         if self._started_here:
-            ray.init(include_dashboard=False, log_to_driver=False, logging_level=logging.ERROR)
+            try:
+                ray.init(include_dashboard=False, log_to_driver=False, logging_level=logging.ERROR)
+            except Exception as error:  # Ray's own: plain exceptions, too
+                ray.shutdown()
+                why = " ".join(str(error).split()) or type(error).__name__
+                raise SettingsError(f"Ray does not start here ({why}); try again, or --engine local") from error
         self._remote: Any = ray.remote(num_cpus=1, max_restarts=0)(_Actor)
         self._failed_starts = 0
         count = self.jobs or max(1, int(ray.cluster_resources().get("CPU", 1)))

@@ -21,6 +21,8 @@ from .photos import Listing, Search, locate
 
 #: A shard is what a killed process loses: a few minutes at most. Small runs get shards of single photos.
 MAX_SHARD, SHARDS_OF_A_SMALL_RUN = 256, 64
+#: Copies join the first of them in its shard, up to so many times its size.
+COPIES_A_SHARD = 3
 _SECONDS_TO_END = 2.0
 
 
@@ -129,7 +131,8 @@ def append(folder: Folder, manifest: Manifest, new: Sequence[str], duck: Any) ->
     sizes, alike, older_shards = none, Copies(none, none), none
     if root is not None:
         sizes, alike, older_shards = _alike(folder, manifest, root, new, duck)
-    shards = shards_of(alike.twin, manifest.n_shards)
+    shards, earlier = shards_of(alike.twin, manifest.n_shards)
+    older_shards = np.where(older_shards >= 0, older_shards, earlier)
     duck.register("newcomers", {
         "shard": shards, "photo": np.array(new, dtype=object), "bytes": sizes, "twin": alike.twin,
         "original_shard": older_shards,
@@ -178,9 +181,23 @@ def _older(folder: Folder, manifest: Manifest, sizes: Sizes, duck: Any) -> tuple
     return [row[0] for row in rows], size, shard
 
 
-def shards_of(twins: NDArray[np.int64], first: int) -> NDArray[np.int64]:
-    """Return each photo's shard: even runs in the order of names, twins all in the shard of the first of them."""
-    leads = (twins < 0) | (twins == np.arange(len(twins)))
-    size = max(1, min(MAX_SHARD, -(-len(twins) // SHARDS_OF_A_SMALL_RUN)))
+def shards_of(twins: NDArray[np.int64], first: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Return each photo's shard, and the shard that may have measured the same file before, -1 for most.
+
+    Shards are even runs in the order of names. Twins join the first of them in its shard, as long as that does not
+    grow out of all proportion: a thousand like files go into shards of their own, which wait for the first.
+    """
+    n = len(twins)
+    size = max(1, min(MAX_SHARD, -(-n // SHARDS_OF_A_SMALL_RUN)))
+    leads = (twins < 0) | (twins == np.arange(n))
+    home = np.where(leads, (np.cumsum(leads) - 1) // size, -1)
+    home = np.where(leads, home, home[twins])
+    followers = np.flatnonzero(~leads)
+    followers = followers[np.argsort(home[followers], kind="stable")]
+    _, begins = np.unique(home[followers], return_index=True)
+    rank = np.arange(len(followers)) - np.repeat(begins, np.diff(np.append(begins, len(followers))))
+    leads[followers[rank >= COPIES_A_SHARD * size]] = True
     shards = first + (np.cumsum(leads) - 1) // size
-    return np.where(leads, shards, shards[twins])
+    of_first = np.where(twins < 0, shards, shards[twins])
+    joined = np.where(leads, shards, of_first)
+    return joined, np.where(of_first < joined, of_first, -1)

@@ -27,6 +27,8 @@ from .work import Job
 
 ENGINES = ("local", "ray")
 MAX_JOBS = 1024
+#: Photos whose tables are not written in a moment.
+_MANY = 50_000
 
 
 @dataclass(frozen=True)
@@ -85,13 +87,15 @@ def run(
         _join(folder, identity, there)
         listed, later = _begun(folder, named, listed, newcomers)
         schedule = Schedule(crew, job, folder, listed, identity.metadata(), tell, later, partial(_is_mine, share=shard))
+        if measured := sum(listed.shard_sizes[s] for s in there if s < listed.n_shards):
+            tell(Progress(0, 0, 0, note=f"{measured} of {len(listed)} photos are measured already"))
         counts = schedule.run(s for s in range(listed.n_shards) if s not in there and _is_mine(s, shard))
     finally:
         if newcomers is not None:
             newcomers.close()
         crew.close()
     folder.sweep(parts.FOLDER)
-    return _concluded(folder, schedule.manifest, counts, safe_distance_m)
+    return _concluded(folder, schedule.manifest, counts, safe_distance_m, tell)
 
 
 def _named(paths: Sequence[str], job: Job) -> Search | Sequence[str] | None:
@@ -189,12 +193,19 @@ def _packages() -> dict[str, str]:
     return found
 
 
-def _concluded(folder: Folder, listed: Manifest, counts: Counts, safe_distance_m: float | None) -> Outcome:
+def _concluded(
+    folder: Folder, listed: Manifest, counts: Counts, safe_distance_m: float | None, tell: Callable[[Progress], None]
+) -> Outcome:
     """Write the tables where every part is there, corrections applied."""
     outcome = Outcome(counts, len(listed), len(parts.finished(folder)), listed.n_shards)
     if outcome.complete:
         results = Results(folder)
-        if not results.tables_are_current(safe_distance_m):  # of a million photos it takes minutes
+        if not results.tables_are_current(safe_distance_m):
+            if len(listed) > _MANY:
+                done = counts.photos
+                tell(
+                    Progress(done, done, counts.failed, note="writing the tables: of a million photos it takes minutes")
+                )
             results.write_tables(safe_distance_m)
         fields = results.run
         last = {**fields, "safe_distance_m": safe_distance_m, "photos_in": listed.moved_to or listed.root}

@@ -2,7 +2,8 @@
 
 Pairs of one photo are not independent, so photos are what is sampled: intervals are those of a ratio over clusters
 (linearised variance, Cochran 1977, section 6.4), Wilson's for shares with the sample size that has this variance,
-Woodruff's for medians (Woodruff 1952). Without loops: an archive may have a group a folder.
+Woodruff's for medians (Woodruff 1952), all as wide as Student's distribution asks for where photos are few. Without
+loops: an archive may have a group a folder.
 """
 
 from __future__ import annotations
@@ -19,6 +20,25 @@ IntArray = NDArray[np.int64]
 
 #: Intervals are the central 90 %, as everywhere.
 _Z = 1.6448536269514722
+
+
+#: A standard deviation of shares that rounding alone can make.
+_NOTHING = 1e-9
+
+#: Student's 95 % point with 1 to 5 degrees of freedom; beyond, its expansion is right to three digits.
+_FEW = np.array([6.3138, 2.9200, 2.3534, 2.1318, 2.0150])
+
+
+def _student(freedom: IntArray) -> FloatArray:
+    """Return Student's 95 % point (Fisher's expansion, Abramowitz and Stegun 26.7.5)."""
+    z, v = _Z, freedom.astype(float)
+    many = (
+        z
+        + (z**3 + z) / (4 * v)
+        + (5 * z**5 + 16 * z**3 + 3 * z) / (96 * v**2)
+        + (3 * z**7 + 19 * z**5 + 17 * z**3 - 15 * z) / (384 * v**3)
+    )
+    return np.where(freedom <= len(_FEW), _FEW[np.minimum(freedom, len(_FEW)) - 1], many)
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,14 +104,20 @@ class Sample:
             sd = np.sqrt(self.n_photos / (self.n_photos - 1) * squares) / self.size
         return share, np.where(self.n_photos < 2, np.nan, sd)
 
+    @cached_property
+    def _width(self) -> FloatArray:
+        """Half the width of an interval in standard deviations: Student's with one photo less than there are."""
+        return _student(np.maximum(self.n_photos - 1, 1))
+
     def shares(self, hits: NDArray[np.bool_]) -> Estimates:
         """Return the share of pairs that `hits`, shape (n,), picks."""
         share, sd = self._ratios(hits)
+        z = self._width
         with np.errstate(divide="ignore", invalid="ignore"):
             # Nobody or everybody: no variance to see, so no more is claimed than as many photos can tell.
-            size: Any = np.where(sd > 0, share * (1 - share) / sd**2, self.n_photos)
-            middle = (share + _Z**2 / (2 * size)) / (1 + _Z**2 / size)
-            half = _Z / (1 + _Z**2 / size) * np.sqrt(share * (1 - share) / size + _Z**2 / (4 * size**2))
+            size: Any = np.where(sd > _NOTHING, share * (1 - share) / sd**2, self.n_photos)
+            middle = (share + z**2 / (2 * size)) / (1 + z**2 / size)
+            half = z / (1 + z**2 / size) * np.sqrt(share * (1 - share) / size + z**2 / (4 * size**2))
         known = np.isfinite(sd)
         low, high = np.maximum(0.0, middle - half), np.minimum(1.0, middle + half)
         return Estimates(share, np.where(known, low, np.nan), np.where(known, high, np.nan))
@@ -101,7 +127,10 @@ class Sample:
         ordered = self._ordered(values)
         median = self._quantiles(ordered, np.full(self.n_groups, 0.5))
         _, sd = self._ratios(values <= median[self.group])
-        low, high = (self._quantiles(ordered, np.clip(0.5 + side * _Z * sd, 0, 1)) for side in (-1, 1))
+        with np.errstate(divide="ignore"):
+            # Every photo half on either side tells no more than as many single pairs do.
+            sd = np.where(sd <= _NOTHING, 0.5 / np.sqrt(self.n_photos), sd)
+        low, high = (self._quantiles(ordered, np.clip(0.5 + side * self._width * sd, 0, 1)) for side in (-1, 1))
         return Estimates(median, low, high)
 
     def _ordered(self, values: FloatArray) -> FloatArray:

@@ -23,12 +23,16 @@ _LOOK_AHEAD = 64
 
 @dataclass(frozen=True)
 class Progress:
-    """How far a run is: photos done by this run, of how many, how many of them failed, and bugs met just now."""
+    """How far a run is: photos done by this run, of how many, how many of them failed.
+
+    errors: bugs met just now. note: what else there is to tell.
+    """
 
     done: int
     total: int
     failed: int
     errors: tuple[str, ...] = ()
+    note: str = ""
 
 
 @dataclass

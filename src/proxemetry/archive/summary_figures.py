@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,7 +13,7 @@ from ..distances import ZONE_LIMITS_M, ZONES
 from ..errors import SettingsError
 from ..plots import save
 from .grouping import UNKNOWN
-from .summary import Summary
+from .summary import Share, Summary
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -72,6 +73,8 @@ def by_group(summary: Summary) -> Figure:
     left.set_xlabel("distance between two people, m")
     left.set_xlim(left=0)
     right.set_yticks(rows, [""] * len(rows))
+    for axes in (left, right):
+        axes.set_ylim(-0.6, max(len(shown), 1) - 0.4)
     right.set_xlim(0, 1)
     right.set_xlabel("share of pairs in Hall's zones, 90 % intervals")
     handles = [right.barh(0, 0, color=colour) for colour in _ZONE_COLOURS]
@@ -79,13 +82,20 @@ def by_group(summary: Summary) -> Figure:
     return figure
 
 
-def _zone_bars(axes: Any, row: float, zones: Any) -> None:
-    """Draw a group's zone shares one behind the other, each with the interval of where it ends."""
+def _zone_bars(axes: Any, row: float, zones: Sequence[Share]) -> None:
+    """Draw a group's zone shares one behind the other, each with the interval of where it ends.
+
+    The last ends at one whatever its share: its interval is that of where it begins. Lines of neighbours overlap, so
+    each zone has a height of its own.
+    """
     start = 0.0
-    for share, colour in zip(zones, _ZONE_COLOURS, strict=True):
+    for k, (share, colour) in enumerate(zip(zones, _ZONE_COLOURS, strict=True)):
         axes.barh(row, share.value, left=start, height=0.6, color=colour)
         if not math.isnan(share.low) and share.value > 0:
-            axes.plot([start + share.low, start + share.high], [row, row], color="black", linewidth=1)
+            ends = (start + share.low, start + share.high) if k < len(zones) - 1 else (1 - share.high, 1 - share.low)
+            height = row + 0.18 - 0.12 * k
+            axes.plot(ends, [height, height], color="white", linewidth=2.6, solid_capstyle="butt", zorder=3)
+            axes.plot(ends, [height, height], color="black", linewidth=1, solid_capstyle="butt", zorder=4)
         start += share.value
 
 
@@ -99,22 +109,28 @@ def over_time(summary: Summary, time: int) -> Figure:
     largest = sorted(others, key=lambda name: -sum(g.n_pairs for g in others[name]))[:6]
     times = sorted({g.key[time] for name in largest for g in others[name]})
     place = {t: float(t) if summary.by[time] == "year" else i for i, t in enumerate(times)}
+    step = min(np.diff(sorted(set(place.values()))), default=1.0)
     for name in largest:
         groups = sorted(others[name], key=lambda g: place[g.key[time]])
-        x = [place[g.key[time]] for g in groups]
+        # Bands of more than two lines hide each other: those get bars, side by side.
+        many = len(largest) > 2
+        x = np.array([place[g.key[time]] for g in groups]) + (largest.index(name) * 0.06 * step if many else 0)
         (line,) = axes.plot(x, [g.median_m.value for g in groups], marker="o", markersize=3, label=name or None)
         low, high = ([getattr(g.median_m, end) for g in groups] for end in ("low", "high"))
-        axes.fill_between(x, low, high, color=line.get_color(), alpha=0.18, linewidth=0)
+        if many:
+            axes.vlines(x, low, high, color=line.get_color(), linewidth=1)
+        else:
+            axes.fill_between(x, low, high, color=line.get_color(), alpha=0.18, linewidth=0)
     if summary.by[time] != "year":
-        step = max(1, len(times) // 12)
-        axes.set_xticks(range(0, len(times), step), times[::step], rotation=45, ha="right")
+        every = max(1, len(times) // 12)
+        axes.set_xticks(range(0, len(times), every), times[::every], rotation=45, ha="right")
     else:
         axes.xaxis.get_major_locator().set_params(integer=True)
     axes.set_ylim(bottom=0)
     axes.set_ylabel("median distance between two people, m")
-    axes.set_xlabel(f"{summary.by[time]} (band: 90 % interval of the median)")
+    axes.set_xlabel(f"{summary.by[time]} ({'bars' if len(largest) > 2 else 'band'}: 90 % interval of the median)")
     if any(largest):
-        axes.legend(frameon=False)
+        figure.legend(frameon=False, loc="outside right upper")
     return figure
 
 

@@ -38,8 +38,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     except ProxemetryError as error:
         print(f"proxemetry: {error}", file=sys.stderr)
         return NOTHING_DONE
-    except KeyboardInterrupt:
-        print("proxemetry: stopped; what was finished is kept", file=sys.stderr)
+    except KeyboardInterrupt as stop:
+        print(f"proxemetry: stopped; what was finished is kept{''.join(map(str, stop.args))}", file=sys.stderr)
         return 130
     except BrokenPipeError:
         sys.stderr.close()

@@ -121,12 +121,15 @@ def run(args: argparse.Namespace) -> int:
 
         require_plotting(args.out)
     signal.signal(signal.SIGTERM, signal.default_int_handler)  # a batch system's way of saying Ctrl-C
-    with Reporter() as reporter:
-        outcome = run_archive(
-            args.paths, job, jobs=args.jobs, engine=args.engine, shard=args.shard, restart=args.restart,
-            safe_distance_m=args.safe_distance, tell=reporter,
-        )  # fmt: skip
-    return _finish(args, outcome)
+    try:
+        with Reporter() as reporter:
+            outcome = run_archive(
+                args.paths, job, jobs=args.jobs, engine=args.engine, shard=args.shard, restart=args.restart,
+                safe_distance_m=args.safe_distance, tell=reporter,
+            )  # fmt: skip
+        return _finish(args, outcome)
+    except KeyboardInterrupt:
+        raise KeyboardInterrupt("; the same command goes on from there") from None
 
 
 def _job(args: argparse.Namespace) -> Job:

@@ -33,6 +33,9 @@ class Reporter:
 
     def __call__(self, progress: Progress) -> None:
         """Show one step."""
+        if progress.note:
+            self._write(f"proxemetry: {progress.note}")
+            return
         if not self._started:
             self._started = self._said = time.monotonic()
         self._last = progress

@@ -92,6 +92,8 @@ def _print(summary: Summary) -> None:
             for column, (text, width) in enumerate(zip(line, widths, strict=True))
         ]
         print("  ".join(cells).rstrip())
+    if any(not math.isnan(group.median_m.low) for group in summary.groups):
+        print("[ ]: 90 % intervals of where a figure may lie if the photos are a sample; none where they are too few")
 
 
 def _bracketed(share: Any, form: str) -> str:

@@ -8,7 +8,7 @@ from ..archive.parts import attached, quoted
 from ..archive.results import Results
 from ..distances import ZONES
 
-_PHOTO_LINES = 40
+_PHOTO_LINES, _FAILED_LINES = 40, 5
 
 
 def print_results(results: Results) -> int:
@@ -26,6 +26,8 @@ def print_results(results: Results) -> int:
     )
     if totals["photos"] <= _PHOTO_LINES:
         _print_photos(duck, photos, pairs)
+    elif totals["failed"]:
+        _print_failed(duck, photos, totals["failed"])
     _print_totals(duck, totals, pairs)
     print(f"tables in {folder.location}: photos, people and pairs as CSV and Parquet")
     return totals["failed"]
@@ -55,11 +57,22 @@ def _print_photos(duck: Any, photos: str, pairs: str) -> None:
     print()
 
 
+def _print_failed(duck: Any, photos: str, count: int) -> None:
+    """Print why photos failed: the first few of them."""
+    rows = duck.execute(
+        f"SELECT photo, reason FROM {photos} WHERE status = 'failed' ORDER BY photo LIMIT {_FAILED_LINES}"
+    ).fetchall()
+    for photo, reason in rows:
+        print(f"failed   {photo}: {reason}")
+    if count > len(rows):
+        print(f"         and {count - len(rows)} more: status and reason in photos.csv")
+
+
 def _print_totals(duck: Any, totals: dict[str, Any], pairs: str) -> None:
     rest = [
         f"{totals[key]} {text}"
         for key, text in (
-            ("no_camera", "without a focal length"),
+            ("no_camera", "without a focal length (their people have no distances)"),
             ("failed", "failed"),
             ("excluded", "excluded in review"),
             ("copies", "copies of others"),
