@@ -10,14 +10,14 @@ from __future__ import annotations
 import numpy as np
 
 #: Riding is on a bicycle, bent is stooping from the hips, lying is on the back or the belly.
-POSTURES = ("standing", "seated", "squatting", "riding", "bent", "lying")
-#: The first so many are common.
-N_COMMON = 2
+POSTURES = ("standing", "seated", "lying", "squatting", "riding", "bent")
+#: The first so many are common; with the next, so many must be told apart before the camera's pitch is.
+N_COMMON, N_TELLING = 2, 3
 #: How likely a person is each, before any evidence.
-POSTURE_WEIGHTS = (0.815, 0.14, 0.01, 0.015, 0.015, 0.005)
+POSTURE_WEIGHTS = (0.815, 0.14, 0.005, 0.01, 0.015, 0.015)
 #: How far the trunk of each leans forward before any latent, and the face with it, radians.
-TRUNK_LEAN = (0.0, 0.0, 0.40, 0.40, 0.85, -np.pi / 2)
-FACE_LEAN = (0.0, 0.0, 0.0, 0.0, 0.40, -np.pi / 2)
+TRUNK_LEAN = (0.0, 0.0, -np.pi / 2, 0.40, 0.40, 0.85)
+FACE_LEAN = (0.0, 0.0, -np.pi / 2, 0.0, 0.0, 0.40)
 
 #: The latent posture: angles in radians, lengths in statures.
 LATENTS = (

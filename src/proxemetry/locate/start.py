@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .body_model import BodyModel
-from .body_tables import N_COMMON, POSTURE_WEIGHTS, SHOE_M
+from .body_tables import N_COMMON, N_TELLING, POSTURE_WEIGHTS, SHOE_M
 from .evidence import Evidence
 from .projection import HEIGHT, N_SHARED, PITCH, body_axes, camera_axes
 from .solver import SharedPrior
@@ -54,22 +54,42 @@ def look(
     spread = np.where(model.kinds["feet"] | model.kinds["legs"], 0.06, spread)
     weights = np.where(evidence.seen, (spread**2 + evidence.waver**2) ** -1, 0.0)
     bodies, torso = _mean_bodies(lengths_m, model)
-    cost, scale, shift = _lay(evidence.points, weights, bodies)
-    cost = cost - np.log(POSTURE_WEIGHTS)[:, None]
-    cost[:, :, N_COMMON:] += np.where(_whole(evidence, model), 0.0, np.inf)[:, None, None]
-    depth = lengths_m[:, 0, None, None] / scale
+    unlikely = -np.log(POSTURE_WEIGHTS)[:, None] + np.zeros((len(weights), 1, 1))
+    unlikely[~_whole(evidence, model), N_COMMON:] = np.inf
+    # some postures tell the pitch, the others are tried at that pitch alone
+    cost, scale, shift = _lay(evidence.points, weights, bodies[:, :N_TELLING], _AXES)
+    cost = cost + unlikely[:, :N_TELLING]
+    best, shared = _pitch(cost, lengths_m[:, 0, None, None] / scale, shift, torso, prior, on_floor)
+    axes = _AXES[best : best + 1]
+    rare_cost, rare_scale, rare_shift = _lay(evidence.points, weights, bodies[:, N_TELLING:], axes)
+    rare_cost = rare_cost + unlikely[:, N_TELLING:]
+    size = np.concatenate([scale[best], rare_scale[0]], axis=1)
+    return Start(
+        shared, np.concatenate([cost[best], rare_cost[0]], axis=1), np.log(lengths_m[:, 0, None, None] / size),
+        np.concatenate([shift[best], rare_shift[0]], axis=1),
+    )  # fmt: skip
+
+
+def _pitch(
+    cost: FloatArray, depth: FloatArray, shift: FloatArray, torso: FloatArray, prior: SharedPrior, on_floor: FloatArray
+) -> tuple[int, FloatArray]:
+    """Return the likeliest pitch's place in the table, and the shared unknowns (N_SHARED,) there.
+
+    cost, depth: shape (pitches, P, postures, headings); shift: the same and 2; torso: shape (P, postures or more).
+    """
     # everybody's best posture and heading at each pitch
-    choice = cost.reshape(*cost.shape[:2], -1).argmin(axis=-1)[..., None]
-    lowest = np.take_along_axis(cost.reshape(*cost.shape[:2], -1), choice, axis=-1)[..., 0]
-    z = np.take_along_axis(depth.reshape(*cost.shape[:2], -1), choice, axis=-1)
-    point = np.take_along_axis(shift.reshape(*cost.shape[:2], -1, 2), choice[..., None], axis=-2)[..., 0, :]
+    flat = (*cost.shape[:2], -1)
+    choice = cost.reshape(flat).argmin(axis=-1)[..., None]
+    lowest = np.take_along_axis(cost.reshape(flat), choice, axis=-1)[..., 0]
+    z = np.take_along_axis(depth.reshape(flat), choice, axis=-1)
+    point = np.take_along_axis(shift.reshape(*flat, 2), choice[..., None], axis=-2)[..., 0, :]
     position = np.concatenate([point * z, z], axis=-1)
     standing = np.take_along_axis(torso, choice[..., 0].T // len(HEADINGS), axis=1).T + SHOE_M
     shared = np.zeros((len(_PITCHES), N_SHARED))
     floor_cost, shared[:, PITCH], shared[:, HEIGHT] = _floor(position, standing, prior, on_floor)
     total = lowest.sum(axis=1) + floor_cost + np.array([prior.cost(s) for s in shared])
     best = int(total.argmin())
-    return Start(shared[best], cost[best], np.log(depth[best]), shift[best])
+    return best, shared[best]
 
 
 def _whole(evidence: Evidence, model: BodyModel) -> NDArray[np.bool_]:
@@ -89,9 +109,14 @@ def _mean_bodies(lengths_m: FloatArray, model: BodyModel) -> tuple[FloatArray, F
     return joints, torso
 
 
-def _lay(points: FloatArray, weights: FloatArray, bodies: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return cost, scale (statures over depth) (pitches, P, postures, headings) and the torso's point (..., 2)."""
-    offsets = _AXES[:, None, None] @ bodies.swapaxes(-1, -2)[None, :, :, None]
+def _lay(
+    points: FloatArray, weights: FloatArray, bodies: FloatArray, axes: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return cost, scale (statures over depth) (pitches, P, postures, headings) and the torso's point (..., 2).
+
+    bodies: shape (P, postures, K, 3). axes: shape (pitches, headings, 3, 3), from the body's frame to the camera's.
+    """
+    offsets = axes[:, None, None] @ bodies.swapaxes(-1, -2)[None, :, :, None]
     total = np.maximum(weights.sum(axis=1), 1e-12)
     share = weights / total[:, None]
     centre = (share[..., None] * points).sum(axis=1)
