@@ -106,7 +106,7 @@ def placed_people(
     weights = _normalised(rows.person, log_weight, len(first))
     local_sd, covariance = _covariance(fit)
     choices = _ambiguous(rows, explanations, weights, first)
-    shift = _folded(rows, explanations, weights, first, fit, choices)
+    shift = _folded(rows, explanations, weights, first, choices)
     blocks = np.arange(3 * len(first)).reshape(-1, 3)
     covariance[blocks[:, :, None], blocks[:, None, :]] += shift
     heading, heading_sd = _headings(rows, explanations, weights, local_sd, fit, len(first))
@@ -173,7 +173,7 @@ def _ambiguous(
 
 
 def _folded(
-    rows: Rows, explanations: Explanations, weights: FloatArray, first: NDArray[np.intp], fit: Fit,
+    rows: Rows, explanations: Explanations, weights: FloatArray, first: NDArray[np.intp],
     choices: dict[int, list[int]],
 ) -> FloatArray:  # fmt: skip
     """Return what the explanations that are no modes of their own add to each person's covariance (P, 3, 3)."""
