@@ -24,11 +24,14 @@ from camera_files import (
 )  # fmt: skip
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from PIL import Image
+from test_photo_metadata import xmp_of
 
 from proxemetry.camera import Camera
 from proxemetry.errors import SettingsError
 from proxemetry.focal import FocalRequest, estimate_camera
-from proxemetry.metadata import Metadata
+from proxemetry.frame import frame_of
+from proxemetry.metadata import Crop, Metadata
 from proxemetry.photo import Photo
 
 DIAGONAL = math.hypot(36, 24)
@@ -297,3 +300,53 @@ def test_a_phones_sensor_counts_only_with_its_own_lens() -> None:
         ]
 
     assert len(sources(4.25)) == 1 and sources(6.0) == []
+
+
+def _cut(angle_deg: float, shape: tuple[int, int], turned: bool) -> tuple[Metadata, int, int, complex]:
+    """Return what an editor records of a rectangle cut from a sensor's picture, the file's size, and where the middle
+    of the sensor's picture lies in the file, as the sensor has it (right + i down)."""
+    turn = np.exp(1j * math.radians(angle_deg))
+    middle, kept = complex(0.45 * shape[0], 0.55 * shape[1]), complex(2400, 1500)
+    corners = [middle + side * kept / 2 * turn for side in (-1, 1)]
+    crop = Crop(
+        corners[0].real / shape[0], corners[0].imag / shape[1], corners[1].real / shape[0], corners[1].imag / shape[1],
+        angle_deg,
+    )  # fmt: skip
+    centre = (complex(*shape) / 2 - middle) / turn + kept / 2
+    size = (1500, 2400) if turned else (2400, 1500)
+    return Metadata(focal_mm=50.0, focal_35mm=50.0, cropped=True, crop=crop), *size, centre
+
+
+@pytest.mark.parametrize("shape", [(6000, 4000), (4608, 3456)])
+@pytest.mark.parametrize("angle_deg", [0.0, 3.5, -7.0])
+@pytest.mark.parametrize("turned", [False, True])
+def test_a_recorded_crop_gives_back_the_whole_picture(shape: tuple[int, int], angle_deg: float, turned: bool) -> None:
+    metadata, width, height, centre = _cut(angle_deg, shape, turned)
+    frame = frame_of(width, height, metadata)
+    assert frame.diagonal_px == pytest.approx(math.hypot(*shape), rel=0.005)
+    if turned:  # which way is not recorded: on one side or the other
+        off = abs(centre - complex(1200, 750))
+        assert frame.principal_px is None and frame.principal_sd_px == pytest.approx(off / math.sqrt(2), rel=0.02)
+    else:
+        assert frame.principal_px == pytest.approx((centre.real, centre.imag), abs=2)
+
+
+def test_a_recorded_crop_reaches_the_camera(tmp_path: Path) -> None:
+    settings_of = 'crs:HasCrop="True" crs:AlreadyApplied="{}" crs:CropLeft="0.2" crs:CropTop="0.1" '
+    settings_of += 'crs:CropRight="0.6" crs:CropBottom="0.5" crs:CropAngle="0" exif:FocalLengthIn35mmFilm="50"'
+    path = tmp_path / "cut.jpg"
+    Image.new("RGB", (600, 400)).save(path, xmp=xmp_of("", settings_of.format("True")))
+    estimate = estimate_camera(Photo.open(path))
+    assert estimate.camera is not None
+    assert estimate.camera.f_px == pytest.approx(50 * math.hypot(1500, 1000) / DIAGONAL)
+    assert (estimate.camera.cx, estimate.camera.cy) == pytest.approx((450, 400))  # the middle at .5, .5 of 1500 x 1000
+    assert any("principal point as recorded" in flag for flag in estimate.flags)
+    Image.new("RGB", (600, 400)).save(path, xmp=xmp_of("", settings_of.format("False")))
+    pending = estimate_camera(Photo.open(path))
+    assert pending.camera is not None and pending.camera.cx == 300 and not pending.flags
+
+
+def test_a_recorded_rectangle_that_is_not_the_files_is_not_believed() -> None:
+    metadata, width, height, _ = _cut(0.0, (6000, 4000), False)
+    frame = frame_of(width, height * 2, metadata)
+    assert frame.principal_px is None and frame.size_rel_sd > 0.1

@@ -92,12 +92,15 @@ def estimate_camera(photo: Photo, request: FocalRequest | None = None) -> Camera
         chosen.focal_px, photo.width, photo.height, focal_rel_sd=chosen.rel_sd, source=chosen.source
     )
     camera = replace(camera, principal_sd_px=frame.principal_sd_px)
+    if frame.principal_px is not None:
+        camera = replace(camera, cx=frame.principal_px[0], cy=frame.principal_px[1])
     if chosen.source.startswith(ASSUMED):
         doubts.append(f"focal length {chosen.source}")
     if row is not None:
         camera = _with_row(camera, row)
     if frame.crop is not None:
-        where = "unknown" if camera.principal_sd_px else "as stated"
+        known = "as recorded" if frame.principal_px is not None else "unknown"
+        where = known if camera.principal_sd_px else "as stated"
         doubts.append(f"cropped ({frame.crop}): principal point {where}")
     camera, lens, doubt = _with_lens(camera, photo, row, frame)
     if not chosen.source.startswith(_STATED):  # what is wrong with the metadata is no matter where nobody uses them

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import cmath
 import math
 from dataclasses import dataclass
 
-from .metadata import Metadata
+from .metadata import Crop, Metadata
 
 #: Shapes of sensors, long side to short. 16:9 and 1:1 are mostly crops made by the camera, centred.
 _SENSOR_SHAPES = {"3:2": 1.5, "4:3": 4 / 3, "16:9": 16 / 9, "1:1": 1.0}
@@ -15,6 +16,9 @@ _CAMERA_CROP_SD = {"16:9": 0.04, "1:1": 0.12}
 #: The same for an editor's crop of unknown extent, and the spread of its centre as a part of the long side.
 _EDITOR_CROP_SD = 0.2
 _EDITOR_CROP_SHIFT = 0.1
+#: How well a recorded rectangle tells the whole picture, as a relative standard deviation of its size: editors count a
+#: few rows and columns of the sensor more or less than the camera does.
+_RECORDED_CROP_SD = 0.004
 #: The central 90 % of a normal distribution ends this many standard deviations out.
 SD_OF_90 = 1.645
 
@@ -26,7 +30,7 @@ class Frame:
     width_px, height_px: its size; the file's own where it is not known to be a crop. size_rel_sd: the relative
     standard deviation of that size. scale: pixels of the file for one pixel as first stored, with scale_rel_sd.
     crop: the evidence that the file is a crop, or None. principal_sd_px: how far the principal point may be from the
-    middle of the file, as a standard deviation per axis in pixels.
+    middle of the file, as a standard deviation per axis in pixels; from principal_px where that is known instead.
     """
 
     width_px: float
@@ -36,6 +40,7 @@ class Frame:
     scale_rel_sd: float = 0.0
     crop: str | None = None
     principal_sd_px: float = 0.0
+    principal_px: tuple[float, float] | None = None
 
     @property
     def diagonal_px(self) -> float:
@@ -49,6 +54,9 @@ def frame_of(width: int, height: int, metadata: Metadata) -> Frame:
     if stored is not None and not _same_shape((width, height), stored):
         return _crop_of(width, height, stored)
     scale = 1.0 if stored is None else max(width, height) / max(stored)  # exactly 1 where nothing was resized
+    recorded = None if metadata.crop is None else _recorded_crop(width, height, metadata.crop, scale)
+    if recorded is not None:
+        return recorded
     shape = _shape(width, height)
     if metadata.cropped or shape is None:
         evidence = "an editor's crop is recorded" if metadata.cropped else "its shape is no sensor's"
@@ -88,6 +96,42 @@ def _crop_of(width: int, height: int, stored: tuple[int, int]) -> Frame:
     return Frame(
         *full, size_rel_sd=scale_sd, scale=scale, scale_rel_sd=scale_sd,
         crop=f"stored as {stored[0]} x {stored[1]}", principal_sd_px=room / math.sqrt(12),
+    )  # fmt: skip
+
+
+def _recorded_crop(width: int, height: int, crop: Crop, scale: float) -> Frame | None:
+    """Return the frame of a file that shows a recorded rectangle of a picture with a sensor's shape, or None.
+
+    The rectangle is that of the sensor's picture, which may have been turned upright since; what is tried is whether
+    the rectangle then has the file's shape. Which way a turned one was turned is not recorded: there the principal
+    point is only known to be on one side or the other.
+    """
+    best: tuple[float, bool, float, float, complex] | None = None
+    angle = math.radians(crop.angle_deg)
+    for turned in (False, True):
+        file_width, file_height = (height, width) if turned else (width, height)
+        for shape in _SENSOR_SHAPES.values():  # places as complex numbers, in heights of the sensor's picture
+            upper, lower = complex(crop.left * shape, crop.top), complex(crop.right * shape, crop.bottom)
+            for turn in (cmath.exp(1j * angle), cmath.exp(-1j * angle)):
+                kept = (lower - upper) * turn
+                if kept.real <= 0 or kept.imag <= 0:
+                    continue
+                miss = abs(math.log(kept.real / kept.imag * file_height / file_width))
+                if best is None or miss < best[0] - 1e-9:
+                    away = (complex(shape / 2, 0.5) - (upper + lower) / 2) * turn
+                    best = (miss, turned, shape, file_width / kept.real, away)
+    if best is None or best[0] > _SHAPE_TOLERANCE:
+        return None
+    _, turned, shape, height_px, away = best
+    width_px, away = shape * height_px, away * height_px
+    known = _RECORDED_CROP_SD * width_px
+    evidence = "an editor recorded what was cut"
+    if turned:
+        doubt = max(abs(away) / math.sqrt(2), known)
+        return Frame(height_px, width_px, _RECORDED_CROP_SD, scale, crop=evidence, principal_sd_px=doubt)
+    return Frame(
+        width_px, height_px, _RECORDED_CROP_SD, scale, crop=evidence, principal_sd_px=known,
+        principal_px=(width / 2 + away.real, height / 2 + away.imag),
     )  # fmt: skip
 
 

@@ -22,13 +22,29 @@ _UNITS_PER_MM = {1: 1 / 25.4, 2: 1 / 25.4, 3: 1 / 10, 4: 1.0, 5: 1000.0}
 
 
 @dataclass(frozen=True)
+class Crop:
+    """The rectangle that an editor kept of the picture as the sensor has it, before it was turned upright.
+
+    left, top and right, bottom: the rectangle's upper left and lower right corner, shares of the picture's width and
+    height. angle_deg: how far the rectangle is turned (XMP Camera Raw schema, CropLeft to CropAngle).
+    """
+
+    left: float
+    top: float
+    right: float
+    bottom: float
+    angle_deg: float
+
+
+@dataclass(frozen=True)
 class Metadata:
     """What a file says, as numbers and short texts; None where it says nothing or nothing usable.
 
     Of the camera: make, model, lens; focal_mm; focal_35mm (the 35 mm equivalent); f_number; focal_plane_px_per_mm
     (FocalPlaneXResolution in pixels per millimetre); stored_width_px, stored_height_px (PixelXDimension and
     PixelYDimension, turned upright as the orientation tag says); digital_zoom (above 1); cropped (an editor's crop is
-    recorded); lens_corrected (an editor has corrected the lens); raw (a sensor's raw file).
+    recorded, and made); crop (what was cut, where that is recorded too); lens_corrected (an editor has corrected the
+    lens); raw (a sensor's raw file).
     Of the picture: date (ISO 8601), city, country, source.
     Only on request: creator, caption, people (names of those shown); gps (latitude, longitude in degrees).
     remarks: what was there but could not be used.
@@ -45,6 +61,7 @@ class Metadata:
     stored_height_px: int | None = None
     digital_zoom: float | None = None
     cropped: bool = False
+    crop: Crop | None = None
     lens_corrected: bool = False
     raw: bool = False
     date: str | None = None
@@ -115,7 +132,8 @@ def read_metadata(
         stored_width_px=stored[0],
         stored_height_px=stored[1],
         digital_zoom=_zoom(numbers.within("digital zoom", 0xA404, "exif:DigitalZoomRatio", 1, 200)),
-        cropped=first(xmp, "crs:HasCrop").lower() == "true",
+        cropped=(cropped := _is_cropped(xmp)),
+        crop=_crop(xmp) if cropped else None,
         lens_corrected=first(xmp, "crs:LensProfileEnable") == "1",
         raw=raw,
         date=_date(*iptc.get(55, ()), *xmp.get("photoshop:DateCreated", ()), exif.get(0x9003)),
@@ -130,6 +148,27 @@ def read_metadata(
         gps=_position(gps),
         remarks=tuple(remarks),
     )
+
+
+def _is_cropped(xmp: dict[str, tuple[str, ...]]) -> bool:
+    """Return whether an editor's crop is recorded; one that is recorded as still to be made is none."""
+    pending = first(xmp, "crs:AlreadyApplied").lower() == "false"
+    return first(xmp, "crs:HasCrop").lower() == "true" and not pending
+
+
+def _crop(xmp: dict[str, tuple[str, ...]]) -> Crop | None:
+    """Return the rectangle that was cut out, None where it is not recorded or makes no sense."""
+    if first(xmp, "crs:AlreadyApplied").lower() != "true":
+        return None
+    try:
+        left, top, right, bottom, angle = (
+            float(first(xmp, f"crs:Crop{name}")) for name in ("Left", "Top", "Right", "Bottom", "Angle")
+        )
+    except ValueError:
+        return None
+    sides = (left, top, right, bottom)
+    sensible = all(-0.01 <= side <= 1.01 for side in sides) and left < right and top < bottom and abs(angle) <= 45
+    return Crop(*sides, angle) if sensible else None
 
 
 def _tags(image: Image.Image, with_gps: bool, remarks: list[str]) -> tuple[dict[int, Any], dict[int, Any]]:
