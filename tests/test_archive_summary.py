@@ -65,6 +65,12 @@ def test_figures_are_those_counted_by_hand(small):
     assert all_of_them.expected_zones == pytest.approx([0.2, 0.4, 0.2, 0.2])
 
 
+def test_expected_shares_are_left_out_where_nobody_asks(small):
+    (shorter,), (whole,) = (summarise(small, expected=e).groups for e in (False, True))
+    assert shorter.zones == whole.zones
+    assert all(math.isnan(share) for share in shorter.expected_zones)
+
+
 def test_groups_by_year_country_folder_and_column(small):
     years = {g.key: (g.n_photos, g.n_pairs) for g in summarise(small, ["year"]).groups}
     assert years == {("1990",): (2, 4), ("2001",): (1, 1), (None,): (1, 0)}

@@ -82,10 +82,11 @@ class Summary:
         ]
 
 
-def summarise(results: Results, by: Sequence[str] = (), *, distinct: bool = False) -> Summary:
+def summarise(results: Results, by: Sequence[str] = (), *, distinct: bool = False, expected: bool = True) -> Summary:
     """Return the figures of a finished results folder by year, month, folder or any column of the photos table.
 
-    Photos that a reviewer excluded do not count. distinct: copies of one file count once a group. Raises
+    Photos that a reviewer excluded do not count. distinct: copies of one file count once a group. expected: tell the
+    shares where each pair counts by its probabilities, too; without it they are NaN, and a third is read. Raises
     SettingsError for an unknown column, OutputError where the tables are not there yet.
     """
     folder = results.folder
@@ -95,7 +96,7 @@ def summarise(results: Results, by: Sequence[str] = (), *, distinct: bool = Fals
     duck = attached(folder, threads=None)
     names = [f"k{i}" for i in range(len(keys))]
     with ThreadPoolExecutor(1) as beside:  # pairs are read while photos are counted
-        reading = beside.submit(_pairs, results, duck.cursor())
+        reading = beside.submit(_pairs, results, duck.cursor(), expected)
         _count_photos(duck, folder.path("photos.parquet"), keys, distinct)
         query = f"SELECT {', '.join([*names, 'n_photos', 'n_people'])} FROM grouped ORDER BY g"
         listed = duck.execute(query).fetchall()
@@ -133,14 +134,14 @@ def _group_of_row(duck: Any, names: Sequence[str]) -> IntArray:
     return group
 
 
-def _pairs(results: Results, duck: Any) -> dict[str, Any]:
+def _pairs(results: Results, duck: Any, expected: bool) -> dict[str, Any]:
     """Return columns of all measured pairs: their photo's row in the photos table, distance and probabilities.
 
     Both tables are in the order of names, and the photos say how many pairs they have: where both were written
     together, that tells each pair's photo without comparing a name. Otherwise the names are joined.
     """
     photos, pairs = (f"read_parquet({quoted(results.folder.path(f'{t}.parquet'))}" for t in ("photos", "pairs"))
-    columns = ", ".join(["distance_m", *(f"p_{zone}" for zone in ZONES)])
+    columns = ", ".join(["distance_m", *(f"p_{zone}" for zone in ZONES if expected)])
     if results.tables_belong_together():
         found = duck.execute(f"SELECT {columns} FROM {pairs}) WHERE distance_m IS NOT NULL").fetchnumpy()
         each = np.ma.filled(duck.execute(f"SELECT n_pairs FROM {photos})").fetchnumpy()["n_pairs"], 0)
@@ -162,6 +163,9 @@ def _grouped_pairs(pairs: dict[str, Any], group_of_row: IntArray, n_groups: int)
     size = np.bincount(inside + 1, minlength=n_groups + 1)[1:]
     columns: dict[str, Any] = {}
     for zone in ZONES:
+        if f"p_{zone}" not in pairs:
+            columns[f"p_{zone}"] = np.full(n_groups, np.nan)
+            continue
         probability = np.ma.filled(pairs[f"p_{zone}"], np.nan)
         with np.errstate(invalid="ignore"):
             sums = np.bincount(inside + 1, weights=probability, minlength=n_groups + 1)[1:]

@@ -44,7 +44,7 @@ def run(args: argparse.Namespace) -> int:
     """Print, write and draw the figures; return the exit code."""
     results = Results.open(args.results)
     by = [name.strip() for text in args.by for name in text.split(",") if name.strip()]
-    summary = summarise(results, by, distinct=args.distinct)
+    summary = summarise(results, by, distinct=args.distinct, expected=args.csv is not None)
     if args.csv == "-":
         _write_csv(summary, sys.stdout)
     else:
