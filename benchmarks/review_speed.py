@@ -27,7 +27,7 @@ from playwright.sync_api import Page, sync_playwright  # noqa: E402
 from reviewing import served  # noqa: E402
 
 from proxemetry import __version__  # noqa: E402
-from proxemetry.archive import manifest, parts  # noqa: E402
+from proxemetry.archive import newcomers, parts  # noqa: E402
 from proxemetry.archive.folder import Folder  # noqa: E402
 from proxemetry.archive.photos import find_photos  # noqa: E402
 from proxemetry.archive.results import write_run  # noqa: E402
@@ -76,7 +76,7 @@ def make_run(root: Path, count: int) -> str:
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_bytes(content + number.to_bytes(4, "big"))
     results = Folder(root / "results")
-    listed = manifest.frozen(results, find_photos([str(photos)]))
+    listed = newcomers.frozen(results, find_photos([str(photos)]))
     for shard in range(listed.n_shards):
         records = []
         for item in listed.items(shard):

@@ -81,7 +81,11 @@ def _watch(photos: Path, job: Job, count: int) -> None:
     started = time.monotonic()
 
     def tell(progress: Progress) -> None:
-        if not progress.done or (progress.done % every and progress.done != count) or (held and held[-1][0] == progress.done):
+        if (
+            not progress.done
+            or (progress.done % every and progress.done != count)
+            or (held and held[-1][0] == progress.done)
+        ):
             return
         (worker,) = multiprocessing.active_children()
         now, most = _megabytes(worker.pid or 0)

@@ -11,7 +11,7 @@ import uvicorn
 from drawn import people_at
 from PIL import Image, ImageDraw
 
-from proxemetry.archive import manifest, parts
+from proxemetry.archive import newcomers, parts
 from proxemetry.archive.folder import Folder
 from proxemetry.archive.photos import find_photos
 from proxemetry.archive.results import Results, write_run
@@ -85,7 +85,7 @@ def make_results(root: Path) -> Results:
 def write_results(location: Path, photos: Path, scenes: list[Scene]) -> Results:
     """Write a results folder holding these scenes of the photos in a folder."""
     folder = Folder(location)
-    listed = manifest.frozen(folder, find_photos([str(photos)]))
+    listed = newcomers.frozen(folder, find_photos([str(photos)]))
     by_name = {s.photo: s for s in scenes}
     for shard in range(listed.n_shards):
         records = [parts.record_of(by_name[item.photo]) for item in listed.items(shard)]
