@@ -1,5 +1,7 @@
 """Odd but valid photos: the joint fit answers with a position or with a reason, never with an error."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from modelled import ADULTS, CAMERA, photo
@@ -142,3 +144,17 @@ def test_two_joints_of_a_head_do_not_tell_the_distance():
     bodies = locate(only(people, FACE[:2]), CAMERA, ADULTS)  # nose and one eye
     assert not bodies.placed[0]
     assert bodies.reasons[0] is not None and "uncertain by" in bodies.reasons[0]
+
+
+def test_a_heading_along_the_line_of_sight_is_turned_into_the_cameras():
+    """Somebody 30 degrees to the right who looks at the camera faces 30 degrees to the left of its axis."""
+    people, _ = photo(13, count=2)
+    keypoints = (
+        people.keypoints_px
+        + (CAMERA.f_px * np.tan(np.radians(30)) + CAMERA.cx, 0)
+        - (np.nanmean(people.keypoints_px[..., 0], axis=1)[:, None, None] * (1, 0))
+    )
+    wide = Camera.centred(CAMERA.f_px, 4000, CAMERA.height)
+    wide = replace(wide, cx=CAMERA.cx)
+    looking = People(COCO_17, keypoints, people.scores, heading_rad=np.zeros(2), heading_sd_rad=np.full(2, 0.01))
+    assert np.degrees(locate(looking, wide, ADULTS).heading_rad) == pytest.approx([-30, -30], abs=4)

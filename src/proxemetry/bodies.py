@@ -51,7 +51,8 @@ class Bodies:
     method: the option's name. basis: per person the evidence used ("torso", "feet+torso"), "" where not placed.
     reasons: per person why there is no position, or None.
     up: unit vector of shape (3,) against gravity in the camera frame, or None where gravity is unknown.
-    heading_rad, heading_sd_rad: shape (P,), as in `People`. stature_m, stature_sd_m: shape (P,). NaN where unknown.
+    heading_rad, heading_sd_rad: shape (P,), facing (sin h, 0, -cos h): 0 is against the camera's axis, positive
+    turns to the image's right. stature_m, stature_sd_m: shape (P,). NaN where unknown.
     floor: the shared floor, where one was found.
     modes: several explanations with weights that sum to one; empty where one is enough.
     """

@@ -34,8 +34,7 @@ class People:
     heading_rad, heading_sd_rad: shape (P,); what the back end itself says of where each person's torso faces, NaN
         where it says nothing. 0 faces the viewer, positive turns towards the image's right. It is seen along the line
         of sight: a heading h of somebody who stands at azimuth a, to the right of the camera's axis, faces
-        (sin(h - a), 0, -cos(h - a)) in the camera frame. The standard deviation has room for taking a as 0, which
-        needs no focal length.
+        (sin(h - a), 0, -cos(h - a)) in the camera frame.
 
     Construction raises KeypointsError where shapes do not fit. A keypoint with score 0, a NaN score or a NaN
     coordinate is missing in all three arrays.

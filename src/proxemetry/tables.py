@@ -153,7 +153,7 @@ _PEOPLE = (
         "heading_deg",
         "DOUBLE",
         "deg",
-        "where the body faces: 0 to the camera, positive to the photo's right",
+        "where the body faces: 0 against the camera's axis, positive to the photo's right",
         lambda s, i: float(s.bodies.heading_rad[i]) * _DEGREES,
     ),
     Column(

@@ -28,7 +28,7 @@ class Evidence:
 
     points: shape (P, K, 2), zero where absent. seen: shape (P, K). noise_scale: shape (P, K), what the score
     multiplies the noise by. resolution: the noise of a sharp point, in the same units as points.
-    heading_rad, heading_sd_rad: shape (P,), what the back end says itself; NaN where nothing.
+    heading_rad, heading_sd_rad: shape (P,), what the back end says itself, in the camera frame; NaN where nothing.
     """
 
     points: FloatArray
@@ -53,9 +53,15 @@ def evidence_of(people: People, camera: Camera, model: BodyModel) -> Evidence:
         seen=seen,
         waver=_waver(people, scores, model),
         resolution=_RESOLUTION * diagonal / camera.f_px,
-        heading_rad=people.heading_rad,
+        heading_rad=people.heading_rad - _azimuth(points, seen),
         heading_sd_rad=people.heading_sd_rad,
     )
+
+
+def _azimuth(points: FloatArray, seen: NDArray[np.bool_]) -> FloatArray:
+    """Return how far to the right of the camera's axis everybody is seen, radians (P,): headings count from there."""
+    across = np.where(seen, points[..., 0], 0.0).sum(axis=1) / np.maximum(seen.sum(axis=1), 1)
+    return np.arctan(across)
 
 
 def _waver(people: People, scores: FloatArray, model: BodyModel) -> FloatArray:

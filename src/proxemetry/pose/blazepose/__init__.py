@@ -36,10 +36,8 @@ FloatArray = NDArray[np.float64]
 _LONG_SIDE_PX = 2400
 #: Who is at least this sure has neighbours looked for, and says at which level heads are.
 _SURE = 0.7
-# 37 people of the labelled photos, their headings put down by eye: 21 degrees rms, none turned front to back. The
-# network sees a cut-out and so measures from the line of sight, which away from the photo's middle is up to half the
-# field of view off the camera's axis: 14 degrees rms over a photo 50 degrees wide, with some for wider ones.
-_HEADING_SD_RAD = 0.5
+# 37 people of the labelled photos, their headings put down by eye: 21 degrees rms, none turned front to back.
+_HEADING_SD_RAD = 0.37
 # Looks more than 60 degrees apart say nothing.
 _HEADING_AGREEMENT = math.cos(math.radians(30))
 
