@@ -70,8 +70,11 @@ def spreads(seen: Sequence[People]) -> Iterator[tuple[int, float, float, FloatAr
     statures = apparent_stature_px(reference)
     same = [_closeness(reference, people) for people in seen]
     for person in range(len(reference)):
-        rows = [(people, int(near[person].argmax())) for people, near in zip(seen, same, strict=True) if near.size]
-        rows = [(people, row) for (people, row), near in zip(rows, same, strict=False) if near[person, row] > 0.5]
+        rows = [
+            (people, int(near[person].argmax()))
+            for people, near in zip(seen, same, strict=True)
+            if near.size and near[person].max() > 0.5
+        ]
         if len(rows) < _FEWEST_RUNS:
             continue
         points = np.stack([people.keypoints_px[row] for people, row in rows])
