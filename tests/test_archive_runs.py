@@ -439,3 +439,9 @@ def test_a_full_disk_stops_with_one_line_and_goes_on_when_there_is_room(tmp_path
     assert process.returncode == 0, said
     assert len(rows(small_disk / "out")) == 40
     assert not leftovers(small_disk / "out")
+
+
+def test_beginning_anew_where_nothing_is_yet(tmp_path):
+    write_photos(tmp_path / "photos", 2)
+    run([str(tmp_path / "photos")], job(tmp_path / "new" / "results"), restart=True)
+    assert len(rows(tmp_path / "new" / "results")) == 2

@@ -172,7 +172,7 @@ class Folder:
 
     def remove(self, name: str) -> None:
         """Remove a file if it is there."""
-        with suppress(FileNotFoundError), _explained(self.path(name)):
+        with _explained(self.path(name)), suppress(FileNotFoundError):
             if self._remote is not None:
                 self._remote.rm_file(self.path(name))
             else:
