@@ -222,7 +222,8 @@ def _group_probability(bodies: Bodies) -> FloatArray:
     place = _complex(ground)
     near = _squared((place[a] - place[b])[:, None] + 2 * shift) <= GROUP_REACH_M**2
     placed = np.flatnonzero(bodies.placed)
-    for k in range(len(a)):
+    result[a, b] = result[b, a] = 0.0
+    for k in np.flatnonzero(near.any(axis=1)):
         i, j, drawn = int(a[k]), int(b[k]), near[k]
         turn = points[drawn, 2:] * bodies.heading_sd_rad[[i, j]] + bodies.heading_rad[[i, j]]
         others = place[placed[(placed != i) & (placed != j)]]
