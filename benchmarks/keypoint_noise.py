@@ -28,7 +28,7 @@ from proxemetry.people import People, PoseBackend
 from proxemetry.photo import Photo
 from proxemetry.pose import PoseOptions, backend_named
 from proxemetry.pose.cross_check import _closeness  # pyright: ignore[reportPrivateUsage]
-from proxemetry.skeleton import MIDDLES
+from proxemetry.skeleton import MIDDLES, kind_of
 
 FloatArray = NDArray[np.float64]
 
@@ -93,7 +93,7 @@ def fitted(rows: Sequence[tuple[int, float, float, FloatArray]], joints: Sequenc
     score = np.concatenate([np.full(d.size, s) for _, s, _, d in rows])
     body = np.concatenate([np.full(d.size, b) for _, _, b, d in rows])
     deviation = np.abs(np.concatenate([d.ravel() for *_, d in rows]))
-    names = [_kind(name) for name in joints]
+    names = [kind_of(name) for name in joints]
     kind = np.array([names[j] for j in joint])
     best: tuple[float, NoiseLaw] | None = None
     for floor in (0.2, 0.35, 0.5, 0.7, 1.0):
@@ -111,11 +111,6 @@ def fitted(rows: Sequence[tuple[int, float, float, FloatArray]], joints: Sequenc
                 best = cost, NoiseLaw(laws()["default"].definition, relative, float(power), floor, "this run")
     assert best is not None
     return best[1]
-
-
-def _kind(joint: str) -> str:
-    """Both sides of the body are alike."""
-    return joint.removeprefix("left_").removeprefix("right_")
 
 
 def _scale(deviation: FloatArray, unit: FloatArray, floor: float) -> float:

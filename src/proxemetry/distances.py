@@ -165,11 +165,16 @@ def _draw_lengths(
     for weight, positions, covariance in explanations:
         gap = (positions[a] - positions[b]) @ plane.T
         spread = plane @ _pair_covariance(covariance, a, b) @ plane.T
-        values, vectors = np.linalg.eigh(spread)
-        root = vectors * np.sqrt(np.maximum(values, 0.0))[:, None, :]
-        lengths.append(np.linalg.norm(gap[:, None, :] + points @ root.transpose(0, 2, 1), axis=-1))
+        lengths.append(np.linalg.norm(gap[:, None, :] + _drawn(points, spread), axis=-1))
         weights.append(np.full(len(points), weight / len(points)))
     return np.concatenate(lengths, axis=1), np.concatenate(weights)
+
+
+def _drawn(points: FloatArray, covariance: FloatArray) -> FloatArray:
+    """Return standard normal points (draws, d) spread out by covariances (n, d, d): shape (n, draws, d)."""
+    values, vectors = np.linalg.eigh(covariance)
+    root = vectors * np.sqrt(np.maximum(values, 0.0))[:, None, :]
+    return points @ root.transpose(0, 2, 1)
 
 
 def _least_error(values: FloatArray, weights: FloatArray) -> FloatArray:
@@ -215,10 +220,8 @@ def _group_probability(bodies: Bodies) -> FloatArray:
     points = _standard_normal(4)
     points = np.concatenate([points, points[:, [0, 1, 3, 2]]])  # neither of a pair comes first
     spread = frame @ _pair_covariance(bodies.covariance_m2, a, b) @ frame.T
-    values, vectors = np.linalg.eigh(spread)
-    root = vectors * np.sqrt(np.maximum(values, 0.0))[:, None, :]
     # a place on the ground as one complex number, right + i forward
-    shift = _complex(points[:, :2] @ root.transpose(0, 2, 1)) / 2  # (pairs, draws)
+    shift = _complex(_drawn(points[:, :2], spread)) / 2  # (pairs, draws)
     place = _complex(ground)
     near = _squared((place[a] - place[b])[:, None] + 2 * shift) <= GROUP_REACH_M**2
     placed = np.flatnonzero(bodies.placed)

@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .people import People
+from .skeleton import kind_of
 
 FloatArray = NDArray[np.float64]
 
@@ -55,7 +56,7 @@ class NoiseLaw:
 
     def sd_px(self, joint: str, score: ArrayLike, body_px: ArrayLike) -> FloatArray:
         """Return the standard deviation along one image axis, pixels; NaN where the score is 0."""
-        kind = _kind(joint)
+        kind = kind_of(joint)
         definition = self.definition.get(kind, self.definition["other"])
         return np.hypot(
             self.floor_px, np.hypot(definition, self.waver(joint, score)) * np.asarray(body_px, dtype=float)
@@ -65,11 +66,7 @@ class NoiseLaw:
         """Return how far the detector's answer strays from its own mean, in statures; NaN where the score is 0."""
         scores = np.asarray(score, dtype=float)
         usable = np.where(scores > 0, np.clip(scores, _LOWEST_SCORE, 1.0), np.nan)
-        return self.spread.get(_kind(joint), self.spread["other"]) * usable**-self.score_power
-
-
-def _kind(joint: str) -> str:
-    return joint.removeprefix("left_").removeprefix("right_")
+        return self.spread.get(kind_of(joint), self.spread["other"]) * usable**-self.score_power
 
 
 #: Below this score a joint is no worse: the power law was measured above it.

@@ -120,6 +120,7 @@ def read_metadata(
     )
     if (image.info.get("original_orientation") or exif.get(0x0112)) in (5, 6, 7, 8):
         stored = stored[::-1]
+    cropped = _is_cropped(xmp)
     people = (*iptc.get(122, ()), *xmp.get("iptcExt:PersonInImage", ())) if with_names else ()
     return Metadata(
         make=_text(exif.get(0x010F), *xmp.get("tiff:Make", ())),
@@ -132,7 +133,7 @@ def read_metadata(
         stored_width_px=stored[0],
         stored_height_px=stored[1],
         digital_zoom=_zoom(numbers.within("digital zoom", 0xA404, "exif:DigitalZoomRatio", 1, 200)),
-        cropped=(cropped := _is_cropped(xmp)),
+        cropped=cropped,
         crop=_crop(xmp) if cropped else None,
         lens_corrected=first(xmp, "crs:LensProfileEnable") == "1",
         raw=raw,

@@ -63,6 +63,11 @@ class Skeleton:
         return tuple((a, b) for a, b in _BONES if a in known and b in known)
 
 
+def kind_of(joint: str) -> str:
+    """Return a joint's name without its side."""
+    return joint.removeprefix("left_").removeprefix("right_")
+
+
 def _other_side(joint: str) -> str:
     if "left" in joint:
         return joint.replace("left", "right")

@@ -20,17 +20,17 @@ IntArray = NDArray[np.int64]
 
 #: Intervals are the central 90 %, as everywhere.
 _Z = 1.6448536269514722
-
-
 #: A standard deviation of shares that rounding alone can make.
 _NOTHING = 1e-9
-
 #: Student's 95 % point with 1 to 5 degrees of freedom; beyond, its expansion is right to three digits.
 _FEW = np.array([6.3138, 2.9200, 2.3534, 2.1318, 2.0150])
 
 
 def _student(freedom: IntArray) -> FloatArray:
-    """Return Student's 95 % point (Fisher's expansion, Abramowitz and Stegun 26.7.5)."""
+    """Return Student's 95 % point (Fisher's expansion, Abramowitz and Stegun 26.7.5).
+
+    As `scipy.special.stdtrit`, whose import alone would take about as long as a whole summary may.
+    """
     z, v = _Z, freedom.astype(float)
     many = (
         z

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..anthropometry import LENGTHS
-from ..skeleton import Skeleton
+from ..skeleton import Skeleton, kind_of
 from .body_tables import (
     DEFINITIONS,
     EYES,
@@ -69,20 +69,20 @@ class BodyModel:
 @cache
 def body_model(skeleton: Skeleton) -> BodyModel:
     """Return the tables of a skeleton's keypoints; elbows, wrists and hands tell nothing of where a person stands."""
-    known = [(i, joint) for i, joint in enumerate(skeleton.joints) if _kind(joint) in SPREAD]
+    known = [(i, joint) for i, joint in enumerate(skeleton.joints) if kind_of(joint) in SPREAD]
     joints = [joint for _, joint in known]
     count = len(joints)
     body = np.zeros((len(POSTURES), count, 3, len(LENGTHS)))
     head = np.zeros((len(POSTURES), count, 3, len(LENGTHS)))
     rest = np.zeros((len(POSTURES), count, 3))
     latent = np.zeros((len(POSTURES), count, 3, len(LATENTS)))
-    spread = np.array([SPREAD[_kind(joint)] for joint in joints])
+    spread = np.array([SPREAD[kind_of(joint)] for joint in joints])
     for k, joint in enumerate(joints):
         for p in range(len(POSTURES)):
             body[p, k], rest[p, k] = _joint(joint, p)
             latent[p, k] = _latents(joint, p)
             head[p, k] = _leant(_head(joint), FACE_LEAN[p])
-        forward, left, up, factor = DEFINITIONS.get(skeleton.name, {}).get(_kind(joint), (0.0, 0.0, 0.0, 1.0))
+        forward, left, up, factor = DEFINITIONS.get(skeleton.name, {}).get(kind_of(joint), (0.0, 0.0, 0.0, 1.0))
         rest[:, k] += (forward, left * _side(joint), up)
         spread[k] *= factor
     priors = np.array([LATENT_PRIORS[posture] for posture in POSTURES])
@@ -92,10 +92,6 @@ def body_model(skeleton: Skeleton) -> BodyModel:
         np.array([i for i, _ in known], dtype=np.intp), body, head, rest, latent, spread, torso,
         torso_rest, torso_latent, _evidence_kinds(joints), priors[..., 0], priors[..., 1],
     )  # fmt: skip
-
-
-def _kind(joint: str) -> str:
-    return joint.removeprefix("left_").removeprefix("right_")
 
 
 def _side(joint: str) -> int:
@@ -108,10 +104,10 @@ def _evidence_kinds(joints: list[str]) -> dict[str, NDArray[np.bool_]]:
         "legs": ("knee",),
         "torso": ("hip", "mid_hip"),
         "shoulders": ("shoulder", "neck"),
-        "eyes": tuple(_kind(joint) for joint in EYES),
+        "eyes": tuple(kind_of(joint) for joint in EYES),
         "head": ("nose", "ear", "head_centre", "mouth", "head_top"),
     }
-    return {name: np.array([_kind(joint) in kinds for joint in joints], dtype=bool) for name, kinds in groups.items()}
+    return {name: np.array([kind_of(joint) in kinds for joint in joints], dtype=bool) for name, kinds in groups.items()}
 
 
 def _lengths(**factors: float) -> FloatArray:
@@ -126,7 +122,7 @@ def _leant(table: FloatArray, lean: float) -> FloatArray:
 
 def _joint(joint: str, p: int) -> tuple[FloatArray, FloatArray]:
     """Return the body part of a joint per metre of each length (3, L), and its constant part in statures (3,)."""
-    kind, side = _kind(joint), _side(joint)
+    kind, side = kind_of(joint), _side(joint)
     if kind in FEET or kind == "knee":
         return _leg_joint(kind, side, p)
     table, rest = np.zeros((3, len(LENGTHS))), np.zeros(3)
@@ -183,7 +179,7 @@ def _torso_height(p: int) -> tuple[FloatArray, float, FloatArray]:
 
 def _latents(joint: str, p: int) -> FloatArray:
     """Return how a joint moves with each latent (3, D), in statures per radian or per stature."""
-    kind = _kind(joint)
+    kind = kind_of(joint)
     if kind in FEET or kind == "knee":
         return _leg_latents(kind, _side(joint), p)
     table = np.zeros((3, len(LATENTS)))

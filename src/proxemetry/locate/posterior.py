@@ -153,7 +153,7 @@ def _far(rows: Rows, explanations: Explanations, first: NDArray[np.intp]) -> NDA
     """Return which rows put their person elsewhere than its best row does, beyond their own uncertainty."""
     unit = np.zeros((len(rows), N_LOCAL + N_SHARED, 1))
     unit[:, DEPTH] = 1.0
-    sd = np.sqrt(np.linalg.solve(explanations.precision, unit)[:, DEPTH, 0])
+    sd = np.sqrt(solved(explanations.precision, unit)[:, DEPTH, 0])
     best = first[rows.person]
     apart = np.abs(explanations.local[:, DEPTH] - explanations.local[best, DEPTH])
     return apart > _APART * np.maximum(sd, sd[best])
@@ -193,8 +193,7 @@ def _modes(
     """Return the joint explanations where people have alternatives apart from their best; empty where nobody has."""
     if not choices:
         return ()
-    own, cross = fit.hessian[:, :N_LOCAL, :N_LOCAL], fit.hessian[:, :N_LOCAL, N_LOCAL:]
-    by_shared = solved(own, cross)
+    by_shared = _by_shared(fit.hessian)
     modes: list[Mode] = []
     for combination in product(*choices.values()):
         chosen = first.copy()
@@ -218,7 +217,8 @@ def _modes(
 
 
 def _by_shared(hessian: FloatArray) -> FloatArray:
-    return solved(hessian[:N_LOCAL, :N_LOCAL], hessian[:N_LOCAL, N_LOCAL:])
+    """Return how the local unknowns follow the shared ones, own^-1 cross, shape (..., N_LOCAL, N_SHARED)."""
+    return solved(hessian[..., :N_LOCAL, :N_LOCAL], hessian[..., :N_LOCAL, N_LOCAL:])
 
 
 def _headings(
@@ -234,8 +234,7 @@ def _headings(
 def _floor(fit: Fit, on_floor: NDArray[np.bool_]) -> Floor | None:
     if not on_floor.any():
         return None
-    own = fit.hessian[:, :N_LOCAL, :N_LOCAL]
-    covariance = np.linalg.inv(schur(fit, solved(own, fit.hessian[:, :N_LOCAL, N_LOCAL:])))
+    covariance = np.linalg.inv(schur(fit, _by_shared(fit.hessian)))
     sd = np.sqrt(np.diag(covariance))
     if sd[HEIGHT] > _FOUND_FLOOR_REL_SD:
         return None

@@ -193,10 +193,7 @@ def explain(rows: Rows, local: FloatArray, shared: FloatArray, others: Others, *
         best = here if best is None else _better(best, here)
         if iteration < iterations:
             gradient[:, N_LOCAL:] += pull
-            damped = precision.copy()
-            index = np.arange(N_LOCAL)
-            damped[:, index, index] += 1e-6 * damped[:, index, index] + 1e-9
-            step = solved(damped, gradient[..., None])[..., 0]
+            step = solved(_damped(precision), gradient[..., None])[..., 0]
             local_step, shared_step = _bounded(step[:, :N_LOCAL], step[:, N_LOCAL:])
             local, shared = local + local_step, shared + shared_step
     assert best is not None
@@ -272,10 +269,15 @@ def _evaluate_rows(
     return hessian, gradient, cost, weights, floor_weight
 
 
+def _damped(matrix: FloatArray) -> FloatArray:
+    """Return normal equations whose local unknowns can all be solved for, whatever was seen."""
+    result, index = matrix.copy(), np.arange(N_LOCAL)
+    result[:, index, index] += 1e-6 * result[:, index, index] + 1e-9
+    return result
+
+
 def _step(fit: Fit, prior: SharedPrior) -> tuple[FloatArray, FloatArray]:
-    own, gradient = fit.hessian[:, :N_LOCAL, :N_LOCAL].copy(), fit.gradient
-    index = np.arange(N_LOCAL)
-    own[:, index, index] += 1e-6 * own[:, index, index] + 1e-9
+    own, gradient = _damped(fit.hessian[:, :N_LOCAL, :N_LOCAL]), fit.gradient
     cross = fit.hessian[:, :N_LOCAL, N_LOCAL:]
     answer = solved(own, np.concatenate([cross, gradient[:, :N_LOCAL, None]], axis=2))
     by_shared, alone = answer[..., :N_SHARED], answer[..., N_SHARED]
