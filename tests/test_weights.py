@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import http.server
 import io
+import tarfile
 import threading
 import zipfile
 from pathlib import Path
@@ -84,7 +85,7 @@ def test_every_row_of_the_table_is_complete():
         assert model.licence and model.origin and model.training_data
         for source in model.sources:
             assert source.startswith(("https://", "pip:")), source
-    assert all(weights.MODELS[name].hash_is_complete for name in weights.EMBEDDED)
+    assert all(weights.MODELS[name].hash_is_complete for name in (*weights.EMBEDDED, weights.EMBEDDED_FINDER))
 
 
 def test_an_unknown_name_is_one_line():
@@ -161,6 +162,63 @@ def test_takes_a_member_out_of_a_zip(cache, server, monkeypatch):
     _model(monkeypatch, sources=(f"{server.address}/a.zip#deep/end2end.onnx",))
     (located,) = weights.fetch(["net"], say=lambda _: None)
     assert located.path.read_bytes() == CONTENT
+
+
+def _tgz(**members: bytes) -> bytes:
+    packed = io.BytesIO()
+    with tarfile.open(fileobj=packed, mode="w:gz") as archive:
+        for name, content in members.items():
+            entry = tarfile.TarInfo(f"package/{name}")
+            entry.size = len(content)
+            archive.addfile(entry, io.BytesIO(content))
+    return packed.getvalue()
+
+
+@pytest.mark.parametrize(("before", "after"), [(b"", b""), (b"classes", b""), (b"classes", b"more")])
+def test_takes_bytes_of_a_member_out_of_a_tar(cache, server, monkeypatch, before, after):
+    server.files["/a.tgz"] = _tgz(assets=before + CONTENT + after, other=b"x" * 5000)
+    extent = f"{len(before)}-{len(before) + len(CONTENT)}"
+    _model(monkeypatch, sources=(f"{server.address}/a.tgz#package/assets@{extent}",))
+    (located,) = weights.fetch(["net"], say=lambda _: None)
+    assert located.path.read_bytes() == CONTENT
+    assert sorted(p.name for p in cache.iterdir()) == ["net.onnx"]
+
+
+def test_a_whole_member_of_a_tar_needs_no_bytes(cache, server, monkeypatch):
+    server.files["/a.tar.gz"] = _tgz(network=CONTENT)
+    _model(monkeypatch, sources=(f"{server.address}/a.tar.gz#package/network",))
+    assert weights.fetch(["net"], say=lambda _: None)[0].sha256 == SHA256
+
+
+@pytest.mark.parametrize("content", [b"", b"no archive", _tgz(other=CONTENT), _tgz(assets=CONTENT)[:-200]])
+def test_a_tar_that_is_none_or_cut_short_or_lacks_the_member_is_one_line(cache, server, monkeypatch, content):
+    server.files["/a.tgz"] = content
+    _model(monkeypatch, sources=(f"{server.address}/a.tgz#package/assets@0-{len(CONTENT)}",))
+    with pytest.raises(ModelError, match=r"could not be fetched; .*a.tgz#package/assets"):
+        weights.fetch(["net"], say=lambda _: None)
+    assert list(cache.iterdir()) == []
+
+
+def test_bytes_beside_those_named_are_another_file(cache, server, monkeypatch):
+    server.files["/a.tgz"] = _tgz(assets=b"ab" + CONTENT)
+    _model(monkeypatch, sources=(f"{server.address}/a.tgz#package/assets@1-{1 + len(CONTENT)}",))
+    with pytest.raises(ModelError, match="was not kept"):
+        weights.fetch(["net"], say=lambda _: None)
+
+
+def test_what_is_not_needed_is_done_without_and_says_so(cache, server, monkeypatch):
+    server.files["/net.onnx"] = CONTENT
+    _model(monkeypatch, sources=(f"{server.address}/absent",))
+    said: list[str] = []
+    assert weights.if_to_be_had("net", say=said.append) is None
+    assert weights.if_to_be_had("net", say=said.append, offline=True) is None
+    assert [line for line in said if line.startswith("fewer people are found: net.onnx: ")] == said[1:]
+    _model(monkeypatch, sources=(f"{server.address}/net.onnx",))
+    located = weights.if_to_be_had("net", say=said.append)
+    assert located is not None and located.sha256 == SHA256
+    located.path.write_bytes(b"damaged")
+    with pytest.raises(ModelError, match="damaged"):
+        weights.if_to_be_had("net", say=said.append)
 
 
 def test_a_published_prefix_is_enough_and_the_full_hash_is_kept(cache, server, monkeypatch):

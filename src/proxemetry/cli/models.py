@@ -31,7 +31,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     fetch = actions.add_parser("fetch", help="fetch networks (the embedded back end's where none is named)")
     fetch.add_argument("names", nargs="*", metavar="NAME")
     fetch.add_argument("--accept-licence", action="store_true", help="needed where it forbids commercial use")
-    fetch.add_argument("--offline", action="store_true", help="fetch nothing: fail where something is not here")
+    fetch.add_argument("--offline", action="store_true", help="fetch nothing: fail where what is needed is not here")
     verify = actions.add_parser("verify", help="check hashes (of every file that is here where none is named)")
     verify.add_argument("names", nargs="*", metavar="NAME")
     path = actions.add_parser("path", help="print where a network lies, or the cache folders where none is named")
@@ -64,8 +64,11 @@ def _row(model: Model) -> tuple[str, ...]:
 
 
 def _fetch(args: argparse.Namespace) -> int:
-    names = args.names or list(weights.EMBEDDED)
+    names = args.names or weights.EMBEDDED
     located = weights.fetch(names, accept_licence=args.accept_licence, offline=args.offline, say=_say_aside)
+    if not args.names:
+        finder = weights.if_to_be_had(weights.EMBEDDED_FINDER, offline=args.offline, say=_say_aside)
+        located += [finder] if finder is not None else []
     for one in located:
         _say(f"{one.path}  {one.sha256}")
     return DONE

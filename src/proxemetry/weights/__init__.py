@@ -8,6 +8,7 @@ shared). `PROXEMETRY_OFFLINE=1` forbids fetching; `PROXEMETRY_MIRROR` is a web a
 from __future__ import annotations
 
 import hashlib
+import logging
 import os
 import shutil
 import tempfile
@@ -16,14 +17,15 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ..errors import ModelError
-from .table import EMBEDDED, MODELS, Model, model_named
+from .table import EMBEDDED, EMBEDDED_FINDER, MODELS, Model, model_named
 
 __all__ = [
-    "EMBEDDED", "MODELS", "LocatedModel", "Model", "add", "cache_folders", "fetch", "is_offline", "locate",
-    "model_named", "require", "sha256_of", "verify",
+    "EMBEDDED", "EMBEDDED_FINDER", "MODELS", "LocatedModel", "Model", "add", "cache_folders", "fetch", "if_to_be_had",
+    "is_offline", "locate", "model_named", "require", "sha256_of", "verify",
 ]  # fmt: skip
 
 _CHUNK_BYTES = 1 << 20
+_LOG = logging.getLogger("proxemetry")
 
 
 @dataclass(frozen=True)
@@ -89,6 +91,21 @@ def require(names: Iterable[str], *, may_fetch: bool = False, offline: bool = Fa
     if absent and may_fetch:
         fetch(absent, offline=offline)
     return {model_named(name).name: verify(name) for name in names}
+
+
+def if_to_be_had(name: str, *, offline: bool = False, say: Callable[[str], None] | None = None) -> LocatedModel | None:
+    """Return a network that is of use but not needed, fetched where that may be; None where it cannot be had.
+
+    Why not is one line for `say`, or a warning of the `proxemetry` logger. Raises ModelError where the file is there
+    and damaged.
+    """
+    if locate(name) is None:
+        try:
+            fetch([name], offline=offline, say=say)
+        except ModelError as error:
+            (say or _LOG.warning)(f"fewer people are found: {error}")
+            return None
+    return verify(name)
 
 
 def fetch(

