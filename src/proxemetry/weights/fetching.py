@@ -11,8 +11,8 @@ import tarfile
 import tempfile
 import zipfile
 import zlib
-from collections.abc import Callable, Sequence
-from contextlib import ExitStack
+from collections.abc import Callable, Generator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import IO
 
@@ -164,26 +164,28 @@ def _take_out(archive: Path, member: str, target: Path, *, tar: bool = False) ->
     """
     name, _, extent = member.partition("@")
     try:
-        with ExitStack() as opened:
-            source = _opened_member(archive, name, opened, tar=tar)
-            with target.open("wb") as sink:
-                if extent:
-                    begin, end = (int(number) for number in extent.split("-"))
-                    source.seek(begin)
-                    sink.write(source.read(end - begin))
-                else:
-                    shutil.copyfileobj(source, sink)
+        with _opened_member(archive, name, tar=tar) as source, target.open("wb") as sink:
+            if extent:
+                begin, end = (int(number) for number in extent.split("-"))
+                source.seek(begin)
+                sink.write(source.read(end - begin))
+            else:
+                shutil.copyfileobj(source, sink)
     except (zipfile.BadZipFile, tarfile.TarError, zlib.error, EOFError, KeyError) as error:
         raise ModelError(f"{archive.name} has no {name} ({error})") from error
 
 
-def _opened_member(archive: Path, name: str, opened: ExitStack, *, tar: bool) -> IO[bytes]:
+@contextmanager
+def _opened_member(archive: Path, name: str, *, tar: bool) -> Generator[IO[bytes], None, None]:
     if tar:
-        packed = opened.enter_context(tarfile.open(archive, "r:gz"))
-        member = packed.extractfile(name)
-        if member is None:
-            raise KeyError(f"{name} is no file")
-        return opened.enter_context(member)
-    unzipped = opened.enter_context(zipfile.ZipFile(archive))
-    named = [path for path in unzipped.namelist() if path == name or path.endswith(f"/{name}")]
-    return opened.enter_context(unzipped.open(named[0] if len(named) == 1 else name))
+        with tarfile.open(archive, "r:gz") as packed:
+            member = packed.extractfile(name)
+            if member is None:
+                raise KeyError(f"{name} is no file")
+            with member:
+                yield member
+        return
+    with zipfile.ZipFile(archive) as zipped:
+        named = [path for path in zipped.namelist() if path == name or path.endswith(f"/{name}")]
+        with zipped.open(named[0] if len(named) == 1 else name) as unzipped:
+            yield unzipped
