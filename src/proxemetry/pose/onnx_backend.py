@@ -18,7 +18,7 @@ from .duplicates import distinct
 from .heads import HEADS
 from .letterbox import Placement, crop, person_region
 from .looking import PhotoNetwork, input_size, normalised
-from .network import Network
+from .network import Floats, Network
 from .specification import Specification, read_specification
 
 FloatArray = NDArray[np.float64]
@@ -106,12 +106,12 @@ class OnnxBackend:
         network = self.networks[pose.file]
         size = input_size(pose, network)
 
-        def cut(box: FloatArray) -> tuple[RGBArray, Placement]:
-            return crop(pixels, person_region(box, size, pose.padding), size)
+        def cut(box: FloatArray) -> tuple[Floats, Placement]:
+            canvas, at = crop(pixels, person_region(box, size, pose.padding), size)
+            return normalised((canvas[:, ::-1] if flip else canvas)[None], pose), at
 
         crops = network.each([lambda box=box: cut(box) for box in found.boxes_px])
-        canvases = np.stack([canvas for canvas, _ in crops])
-        outputs = network.run(normalised(canvases[:, :, ::-1] if flip else canvases, pose))
+        outputs = network.run(np.concatenate([values for values, _ in crops]))
         points, scores = HEADS[pose.decode](outputs, size)
         self._check_joints(pose.file, points.shape[1])
         if flip:
