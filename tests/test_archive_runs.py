@@ -112,6 +112,20 @@ def test_an_archive_mounted_elsewhere_goes_on(tmp_path):
     assert {r["status"] for r in rows(tmp_path / "out")} == {"ok"}
 
 
+def test_other_photos_of_the_same_names_are_measured_too(tmp_path):
+    card, next_card = write_photos(tmp_path / "card_1", 3), tmp_path / "card_2"
+    run([str(card)], job(tmp_path / "out"), jobs=0)
+    for n, path in enumerate(sorted(card.rglob("*.jpg"))):
+        (next_card / path.relative_to(card)).parent.mkdir(parents=True, exist_ok=True)
+        write_photo(next_card / path.relative_to(card), 50 + n)
+    outcome = run([str(next_card)], job(tmp_path / "out"), jobs=0)
+    assert outcome.measured.photos == 3
+    found = rows(tmp_path / "out")
+    assert len({r["sha256"] for r in found}) == len(found) == 6
+    assert sum(r["photo"].startswith("../card_2/") for r in found) == 3
+    assert run([str(next_card)], job(tmp_path / "out"), jobs=0).measured.photos == 0
+
+
 def test_a_file_is_measured_once_and_reported_for_each_path(tmp_path):
     photos = write_photos(tmp_path / "photos", 4)
     original = photos / "00" / "photo_00001.jpg"

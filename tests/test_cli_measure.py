@@ -93,9 +93,16 @@ def test_a_photo_without_focal_length_lists_its_people(measure, tmp_path):
     assert (row["photo"], row["status"], row["n_people"], row["n_pairs"]) == ("b.bmp", "no_camera", "2", "0")
     assert "focal" in row["reason"]
     assert "1 without a focal length" in out
+    assert "--focal-35mm" in out and "--camera-table" in out  # what to do is said once
     (pair,) = table(tmp_path / "out", "pairs")
     assert pair["distance_m"] == ""
     assert pair["reason"]
+
+
+def test_assumed_focal_lengths_are_counted(measure, tmp_path):
+    write_photos(tmp_path / "photos", 2)
+    _, out, _ = measure(tmp_path / "photos", "--focal-35mm", "28")
+    assert "photos   2: 2 measured (2 with an ASSUMED focal length)" in out
 
 
 def test_a_bug_in_one_photo_is_a_row_and_shows_its_traceback(measure, tmp_path):

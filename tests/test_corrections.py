@@ -116,7 +116,7 @@ def test_an_excluded_photo_keeps_its_row_and_loses_its_numbers() -> None:
     scene = drawn_scene()
     excluded = apply(scene, [act("exclude", excluded=True, reason="a mirror")])
     (row,) = rows("photos", excluded)
-    assert (row["status"], row["reason"], row["n_people"]) == ("excluded", "excluded in review: a mirror", 0)
+    assert (row["status"], row["reason"], row["n_people"]) == ("excluded", "excluded in review: a mirror", None)
     assert rows("pairs", excluded) == []
     back = apply(scene, [act("exclude", 1, excluded=True), act("exclude", 2, excluded=False)])
     assert back.status == "ok" and len(back) == 3

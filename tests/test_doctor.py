@@ -29,7 +29,8 @@ def test_candidates_choice_and_what_is_missing(photos: Path, capsys: pytest.Capt
     chosen = [line for line in lines if "->" in line]
     assert len(chosen) == 1 and f"{50 * 51840 / 223:.0f} px" in chosen[0] and "focal plane" in chosen[0]
     assert any("35 mm equivalent" in line for line in lines) and any("crop factor" in line for line in lines)
-    assert any("missing: no focal length in the photo" in line for line in lines)
+    assert "  missing: no focal length in the photo" in lines
+    assert sum("--camera-table" in line for line in lines) == 1  # what to do is said once
     assert lines[-1] == "2 photos: 1 with a focal length (0 of them doubtful), 1 without, 0 that cannot be read"
 
 

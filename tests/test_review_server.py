@@ -301,6 +301,8 @@ def test_export_writes_the_corrected_tables_and_the_log(client: Client, results:
         log = list(csv.DictReader(file))
     assert [row["action"] for row in log] == ["remove_person", "note", "undo"]
     assert json.loads(log[1]["value"]) == {"text": 'a "quoted", note'} and log[0]["who"] == "ada"
+    with (root / "codebook.csv").open() as file:
+        assert [row["column"] for row in csv.DictReader(file) if row["table"] == "corrections"] == list(log[0])
 
 
 def test_originals_are_never_written_to(client: Client, results: Results) -> None:

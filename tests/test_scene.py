@@ -36,7 +36,11 @@ def test_without_a_camera_people_are_listed_without_distances():
     assert scene.reason == "no focal length; state one"
     assert len(scene) == 2
     assert np.isnan(scene.distances_m).all()
-    assert [row["reason"] for row in rows("people", scene)] == [scene.reason] * 2
+    # What to do is told once a photo; people and pairs say why there is nothing, pairs once for both.
+    reasons = {row["reason"] for table in ("people", "pairs") for row in rows(table, scene)}
+    assert reasons == {"the photo's focal length is unknown"}
+    assert {row["on_ground"] for row in rows("pairs", scene)} == {None}
+    assert {row["basis"] for row in rows("people", scene)} == {None}
 
 
 @pytest.mark.parametrize("places", [[], [(0, 0, 5)], [(-1, 0, 4), (1, 0, 6), (0, 0.1, 9)]])
@@ -109,7 +113,10 @@ def test_remeasuring_with_another_focal_length_scales_depth():
 def test_a_failed_photo_is_a_scene_too():
     scene = Scene.failed("b.jpg", "not a photo")
     assert Scene.from_json(scene.to_json()).reason == "not a photo"
-    assert rows("photos", scene)[0]["status"] == "failed"
+    (row,) = rows("photos", scene)
+    assert row["status"] == "failed"
+    # Nothing is known of it: a zero would count as an empty photo in somebody's mean.
+    assert {row[c] for c in ("sha256", "width_px", "height_px", "n_people", "n_pairs", "focal_px")} == {None}
     assert rows("people", scene) == [] == rows("pairs", scene)
 
 

@@ -26,6 +26,8 @@ from .scene import Provenance, Scene
 
 DEFAULT_METHOD = "scene"
 
+_NO_CAMERA = "the photo's focal length is unknown"
+
 
 @dataclass(frozen=True)
 class Settings:
@@ -181,8 +183,9 @@ def _estimate(
 
 def _locate(people: People, estimate: CameraEstimate, settings: Settings) -> tuple[Bodies, str, str | None]:
     if estimate.camera is None:
-        reason = estimate.reason or "the focal length is unknown"
-        return Bodies.unplaced(len(people), settings.method, reason), "no_camera", reason
+        # What to do about it is told once a photo, not in the rows of all its people and pairs.
+        bodies = Bodies.unplaced(len(people), settings.method, _NO_CAMERA)
+        return bodies, "no_camera", estimate.reason or _NO_CAMERA
     camera = estimate.camera
     if settings.undistort:
         people = replace(people, keypoints_px=camera.undistorted(people.keypoints_px))

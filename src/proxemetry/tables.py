@@ -23,14 +23,14 @@ Value = str | int | float | bool | None
 class Column:
     """One column: its name, SQL type, unit ("" where it has none), meaning, and its value for a row of a scene.
 
-    `value` takes (scene) for photos, (scene, person) for people and (scene, a, b) for pairs.
+    `value` takes (scene) for photos, (scene, person) for people and (scene, a, b) for pairs; the log has none.
     """
 
     name: str
     kind: str
     unit: str
     meaning: str
-    value: Callable[..., Value]
+    value: Callable[..., Value] = lambda *_: None
 
 
 def rows(table: str, scene: Scene) -> list[dict[str, Value]]:
@@ -49,6 +49,11 @@ def _clean(value: Any) -> Value:
         value = float(value)
         return float(f"{value:.7g}") if math.isfinite(value) else None
     return value
+
+
+def _if_counted(value: Callable[[Scene], Value]) -> Callable[[Scene], Value]:
+    """Nobody was counted in a photo that could not be read or was excluded: that is no zero to average in."""
+    return lambda s: None if s.status in ("failed", "excluded") else value(s)
 
 
 def _camera(attribute: str) -> Callable[[Scene], Value]:
@@ -75,15 +80,15 @@ _DEGREES = 180 / math.pi
 
 _PHOTOS = (
     Column("photo", "VARCHAR", "", "path of the photo, relative to the folder named", lambda s: s.photo),
-    Column("sha256", "VARCHAR", "", "SHA-256 of the file", lambda s: s.sha256),
+    Column("sha256", "VARCHAR", "", "SHA-256 of the file", lambda s: s.sha256 or None),
     Column("status", "VARCHAR", "", "ok, no_camera (people without distances), failed or excluded", lambda s: s.status),
     Column("reason", "VARCHAR", "", "why the status is not ok, and what to do", lambda s: s.reason),
-    Column("width_px", "INTEGER", "px", "width of the upright photo", lambda s: s.width_px),
-    Column("height_px", "INTEGER", "px", "height of the upright photo", lambda s: s.height_px),
+    Column("width_px", "INTEGER", "px", "width of the upright photo", lambda s: s.width_px or None),
+    Column("height_px", "INTEGER", "px", "height of the upright photo", lambda s: s.height_px or None),
     Column("focal_px", "DOUBLE", "px", "focal length in pixels of the upright photo", _camera("f_px")),
     Column("focal_source", "VARCHAR", "", "where the focal length came from; ASSUMED is a guess", _camera("source")),
-    Column("n_people", "INTEGER", "", "people found", len),
-    Column("n_pairs", "INTEGER", "", "pairs with a distance", lambda s: s.distances.below(math.inf)),
+    Column("n_people", "INTEGER", "", "people found; empty where the photo is failed or excluded", _if_counted(len)),
+    Column("n_pairs", "INTEGER", "", "pairs with a distance", _if_counted(lambda s: s.distances.below(math.inf))),
     Column("seconds", "DOUBLE", "s", "computing time", lambda s: s.seconds),
     Column("focal_rel_sd", "DOUBLE", "", "relative standard deviation of the focal length", _camera("focal_rel_sd")),
     Column(
@@ -136,7 +141,11 @@ _PEOPLE = (
     ),
     Column("method", "VARCHAR", "", "the method that placed the person", lambda s, i: s.bodies.method),
     Column(
-        "basis", "VARCHAR", "", "the evidence used: feet, torso, shoulders, eyes ...", lambda s, i: s.bodies.basis[i]
+        "basis",
+        "VARCHAR",
+        "",
+        "the evidence used: feet, legs, torso, shoulders, eyes, head, with + between them",
+        lambda s, i: s.bodies.basis[i] or None,
     ),
     Column("score", "DOUBLE", "", "detector's confidence, 0 to 1", lambda s, i: float(s.people.person_scores[i])),
     *(
@@ -176,8 +185,14 @@ def _zone_probability(k: int) -> Callable[[Scene, int, int], Value]:
 
 
 def _pair_reason(scene: Scene, a: int, b: int) -> Value:
-    reasons = [f"person {i}: {scene.bodies.reasons[i]}" for i in (a, b) if scene.bodies.reasons[i]]
-    return "; ".join(reasons) or None
+    one, other = (scene.bodies.reasons[i] for i in (a, b))
+    if one == other:
+        return one
+    return "; ".join(f"person {i}: {reason}" for i, reason in ((a, one), (b, other)) if reason)
+
+
+def _on_ground(scene: Scene, a: int, b: int) -> Value:
+    return scene.distances.on_ground if math.isfinite(scene.distances.distance_m[a, b]) else None
 
 
 _PAIRS = (
@@ -201,7 +216,7 @@ _PAIRS = (
         "BOOLEAN",
         "",
         "true: distance_m is along the ground; false: gravity is unknown, it is in space",
-        lambda s, a, b: s.distances.on_ground,
+        _on_ground,
     ),
     *(
         Column(f"p_{zone}", "DOUBLE", "", f"probability of the {zone} zone", _zone_probability(k))
@@ -210,6 +225,17 @@ _PAIRS = (
     Column(
         "p_group", "DOUBLE", "", "probability that the two face each other (F-formation)", _pair("group_probability")
     ),
+)
+
+#: `corrections.csv`, the log of a review as it is exported.
+_CORRECTIONS = (
+    Column("number", "INTEGER", "", "number of the action, in the order they were done"),
+    Column("time", "VARCHAR", "", "when, in universal time (ISO 8601)"),
+    Column("who", "VARCHAR", "", "the reviewer's name (--who)"),
+    Column("photo", "VARCHAR", "", "path of the photo"),
+    Column("sha256", "VARCHAR", "", "SHA-256 of the file"),
+    Column("action", "VARCHAR", "", "what was done: remove_person, set_camera, exclude ..., undo"),
+    Column("value", "VARCHAR", "", "with what, as JSON"),
 )
 
 #: Table -> its columns, in order.
@@ -225,7 +251,7 @@ def safe_distance_columns(limit_m: float | None) -> tuple[Column, ...]:
             "INTEGER",
             "",
             "pairs nearer than safe_distance_m",
-            lambda s: None if limit_m is None else s.distances.below(limit_m),
+            _if_counted(lambda s: None if limit_m is None else s.distances.below(limit_m)),
         ),
     )
 
@@ -235,21 +261,29 @@ def all_columns() -> dict[str, tuple[Column, ...]]:
     return {**TABLES, "photos": (*TABLES["photos"], *safe_distance_columns(None))}
 
 
+#: How the codebook calls the SQL types.
+_KINDS = {"VARCHAR": "text", "INTEGER": "integer", "DOUBLE": "number", "BOOLEAN": "true or false"}
+
+
+def _codebook() -> dict[str, tuple[Column, ...]]:
+    return {**all_columns(), "corrections": _CORRECTIONS}
+
+
 def codebook_csv() -> str:
     """Return table, column, type, unit and meaning of everything in the tables, as CSV."""
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
     writer.writerow(("table", "column", "type", "unit", "meaning"))
-    for table, columns in all_columns().items():
-        writer.writerows((table, c.name, c.kind, c.unit, c.meaning) for c in columns)
+    for table, columns in _codebook().items():
+        writer.writerows((table, c.name, _KINDS[c.kind], c.unit, c.meaning) for c in columns)
     return out.getvalue()
 
 
 def codebook_markdown() -> str:
     """Return the same as a page."""
     lines = ["# Codebook", "", "The columns of the tables in a results folder; a value that is missing is empty.", ""]
-    for table, columns in all_columns().items():
+    for table, columns in _codebook().items():
         lines += [f"## {table}", "", "| column | type | unit | meaning |", "|---|---|---|---|"]
-        lines += [f"| `{c.name}` | {c.kind.lower()} | {c.unit} | {c.meaning} |" for c in columns]
+        lines += [f"| `{c.name}` | {_KINDS[c.kind]} | {c.unit} | {c.meaning} |" for c in columns]
         lines.append("")
     return "\n".join(lines)

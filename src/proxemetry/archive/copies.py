@@ -55,6 +55,17 @@ def ends_of(root: str, names: Sequence[str], sizes: Sizes) -> Ends:
     return _mapped(lambda name: _end(locate(root, name), known[name]), names, np.uint64)
 
 
+def sha256_of(location: str) -> str:
+    """Return the SHA-256 of a whole file, "" where there is none that can be read."""
+    try:
+        if is_url(location):
+            return hashlib.sha256(open_filesystem(location).cat_file(location)).hexdigest()
+        with open(location, "rb") as file:
+            return hashlib.file_digest(file, "sha256").hexdigest()
+    except OSError:
+        return ""
+
+
 def repeated(sizes: Sizes, older: Sizes) -> NDArray[np.bool_]:
     """Return which files have a size that another new file or an older one has too, shape (n,)."""
     values, place, times = np.unique(sizes, return_inverse=True, return_counts=True)

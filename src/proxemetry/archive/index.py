@@ -71,7 +71,8 @@ def summaries(results: Results) -> list[Summary]:
     rows = (
         attached(results.folder)
         .execute(
-            "SELECT photo, coalesce(sha256, ''), status, coalesce(reason, ''), n_people, n_pairs, "
+            "SELECT photo, coalesce(sha256, ''), status, coalesce(reason, ''), coalesce(n_people, 0), "
+            "coalesce(n_pairs, 0), "
             "list_min(list_transform(pairs, lambda p: p.distance_m)), "
             "list_max(list_transform(pairs, lambda p: (p.high_m - p.low_m) / p.distance_m)), "
             f"coalesce(camera_flags, '') != '' OR starts_with(coalesce(focal_source, ''), '{ASSUMED}') "

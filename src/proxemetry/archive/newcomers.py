@@ -13,10 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import OutputError
-from .copies import Copies, Ends, Sizes, copies, ends_of, repeated, sizes_of
+from .copies import Copies, Ends, Sizes, copies, ends_of, repeated, sha256_of, sizes_of
 from .folder import Folder, is_url
 from .manifest import SCHEMA, Manifest, name_of, paths, read
-from .parts import attached, quoted
+from .parts import attached, finished, measured_files, quoted
 from .photos import Listing, Search, locate
 
 #: A shard is what a killed process loses: a few minutes at most. Small runs get shards of single photos.
@@ -24,6 +24,8 @@ MAX_SHARD, SHARDS_OF_A_SMALL_RUN = 256, 64
 #: Copies join the first of them in its shard, up to so many times its size.
 COPIES_A_SHARD = 3
 _SECONDS_TO_END = 2.0
+#: So many photos tell whether an archive is the one that was measured.
+_FILES_COMPARED = 8
 
 
 class Newcomers:
@@ -102,7 +104,7 @@ def compared(
     new = _lacking(known.names(duck), names)
     if root == known.root or root is None or known.root is None:
         return known, new
-    if len(names) - len(new) == len(known):  # the archive is mounted elsewhere now
+    if len(names) - len(new) == len(known) and _same_files(folder, known, root, duck):  # mounted elsewhere now
         return known.moved(root), new
     if is_url(root) or is_url(known.root):
         raise OutputError(
@@ -110,6 +112,18 @@ def compared(
         )
     anew = sorted(os.path.relpath(locate(root, n), known.root).replace(os.sep, "/") for n in names)
     return known, _lacking(known.names(duck), anew)
+
+
+def _same_files(folder: Folder, known: Manifest, root: str, duck: Any) -> bool:
+    """Return whether photos of the same names below another folder are the ones that were measured, and not others.
+
+    Cameras count from IMG_0001.JPG on in every folder. Of some that were measured the bytes are compared; most of them
+    have to agree, since whoever moves an archive may have edited a photo or two.
+    """
+    there = sorted(s for s in finished(folder) if s < known.n_shards)
+    asked = there[:: max(1, len(there) // _FILES_COMPARED)][:_FILES_COMPARED]
+    agreed = [sha256_of(locate(root, photo)) == digest for photo, digest in measured_files(folder, asked, duck)]
+    return 2 * sum(agreed) >= len(agreed)
 
 
 def _lacking(known: Iterator[str], names: Sequence[str]) -> list[str]:

@@ -109,6 +109,22 @@ def metadata_of(folder: Folder, shards: Iterable[int]) -> list[dict[str, str]]:
     return [dict(row[0]) for row in found]
 
 
+def measured_files(folder: Folder, shards: Iterable[int], cursor: Any = None) -> list[tuple[str, str]]:
+    """Return name and SHA-256 of one photo of each shard, none of a shard whose files could not be read.
+
+    cursor: of DuckDB, for who is not the only thread.
+    """
+    paths = [folder.path(name_of(s)) for s in shards]
+    if not paths:
+        return []
+    rows = (cursor or attached(folder)).execute(
+        "SELECT arg_min(photo, photo), arg_min(sha256, photo) FROM read_parquet($paths, filename = true) "
+        "WHERE coalesce(sha256, '') <> '' GROUP BY filename ORDER BY 1",
+        {"paths": paths},
+    )
+    return rows.fetchall()
+
+
 def scenes(folder: Folder, photos: Iterable[str] | None = None, *, with_copies: bool = False) -> Iterator[Scene]:
     """Yield the scenes of a results folder in the order of their names, as measured.
 

@@ -181,7 +181,8 @@ def table_query(table: str, safe_distance_m: float | None) -> str:
         names = [c.name for c in safe_distance_columns(safe_distance_m)]
         values = (
             limit,
-            f"CASE WHEN {limit} IS NOT NULL THEN len(list_filter(pairs, lambda p: p.distance_m < {limit})) END",
+            f"CASE WHEN {limit} IS NOT NULL AND n_pairs IS NOT NULL "
+            f"THEN len(list_filter(pairs, lambda p: p.distance_m < {limit})) END",
         )
         extra = ", ".join(f"{value} AS {name}" for name, value in zip(names, values, strict=True))
         return f"SELECT {columns}, {extra} FROM measured ORDER BY photo"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import os
 import tempfile
 import traceback
@@ -19,6 +18,7 @@ from ..photo import Photo
 from ..pose import PoseOptions, backend_named
 from ..scene import Provenance, Scene
 from . import parts
+from .copies import sha256_of
 from .folder import Folder, is_url, open_filesystem
 from .manifest import Item
 from .parts import Counts, Record, record_of
@@ -165,16 +165,7 @@ def _opened(item: Item, backend: PoseBackend, job: Job) -> Generator[Photo]:
 
 
 def _sha256(item: Item) -> str:
-    """Return the SHA-256 of a photo's file, "" where there is none that can be read."""
-    if item.location is None:
-        return ""
-    try:
-        if is_url(item.location):
-            return hashlib.sha256(open_filesystem(item.location).cat_file(item.location)).hexdigest()
-        with open(item.location, "rb") as file:
-            return hashlib.file_digest(file, "sha256").hexdigest()
-    except OSError:
-        return ""
+    return "" if item.location is None else sha256_of(item.location)
 
 
 def quiet_threads(job: Job) -> Job:

@@ -10,6 +10,7 @@ import argparse
 import importlib
 import sys
 from collections.abc import Sequence
+from typing import NoReturn
 
 from .. import __version__
 from ..errors import ProxemetryError
@@ -24,10 +25,19 @@ COMMANDS: dict[str, str] = {
     "report": "write one self-contained page on a results folder",
     "review": "look at every photo in the browser and put right what is wrong",
     "models": "list, fetch and check the networks that find people",
-    "doctor": "show what each photo tells of its camera, and what is missing",
+    "doctor": "check this installation, or what photos tell of their camera and what is missing",
 }
 
 DONE, SOME_FAILED, NOTHING_DONE = 0, 1, 2
+
+
+class _Parser(argparse.ArgumentParser):
+    """A parser whose refusals are one line: the usage of a command with thirty options buries what was wrong."""
+
+    def error(self, message: str) -> NoReturn:
+        """Say what was wrong and where help is, and leave with exit code 2."""
+        said = message.removeprefix("argument ")
+        self.exit(NOTHING_DONE, f"{self.prog}: {said}; `{self.prog} --help` explains\n")
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -47,13 +57,13 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _run(arguments: list[str]) -> int:
-    parser = argparse.ArgumentParser(
+    parser = _Parser(
         prog="proxemetry",
         description="Measure how far apart people stand in ordinary photographs.",
         epilog="`proxemetry COMMAND --help` explains a command with examples.",
     )
     parser.add_argument("--version", action="version", version=f"proxemetry {__version__}")
-    subparsers = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
+    subparsers = parser.add_subparsers(dest="command", metavar="COMMAND")
     chosen = next((a for a in arguments if a in COMMANDS), None)
     for command, summary in COMMANDS.items():
         subparser = subparsers.add_parser(
@@ -64,4 +74,7 @@ def _run(arguments: list[str]) -> int:
             module.configure(subparser)
             subparser.set_defaults(run=module.run)
     args = parser.parse_args(arguments)
+    if args.command is None:
+        parser.print_help(sys.stderr)
+        return NOTHING_DONE
     return args.run(args)

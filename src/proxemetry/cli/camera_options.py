@@ -7,16 +7,22 @@ import argparse
 from ..camera_table import CameraTable
 from ..focal import FocalRequest
 
+#: For who has photos without a focal length.
+WHAT_TO_STATE = """No focal length, no metres. What you know of the lens can be stated:
+  photo by photo, camera by camera   --camera-table FILE (or in `proxemetry review`)
+  for all photos at once             --focal-35mm F, --focal-mm F --sensor-mm WxH, or --focal-px F
+  as a guess, where nothing is known --assume-fov DEG"""
+
 
 def add_camera_options(parser: argparse.ArgumentParser) -> None:
     """Add the options of a `FocalRequest`."""
-    group = parser.add_argument_group("camera (what is stated here goes before the photos' metadata)")
-    group.add_argument("--focal-mm", type=float, metavar="F", help="focal length of the lens, millimetres")
+    group = parser.add_argument_group("camera (but for --assume-fov, it goes before what the photos themselves say)")
+    group.add_argument("--focal-mm", type=number, metavar="F", help="focal length of the lens, millimetres")
     group.add_argument("--sensor-mm", type=_size, metavar="WxH", help="width and height of the sensor, millimetres")
-    group.add_argument("--focal-35mm", type=float, metavar="F", help="35 mm equivalent focal length")
-    group.add_argument("--focal-px", type=float, metavar="F", help="focal length in pixels of the photos")
+    group.add_argument("--focal-35mm", type=number, metavar="F", help="35 mm equivalent focal length, of all photos")
+    group.add_argument("--focal-px", type=number, metavar="F", help="focal length in pixels of the photos")
     group.add_argument(
-        "--assume-fov", type=float, metavar="DEG", help="horizontal field of view to assume where nothing is known"
+        "--assume-fov", type=number, metavar="DEG", help="horizontal field of view to assume where nothing is known"
     )
     group.add_argument("--camera-table", metavar="FILE", help="CSV of what is known of single photos or cameras")
 
@@ -27,6 +33,14 @@ def focal_request(args: argparse.Namespace) -> FocalRequest:
     return FocalRequest(
         args.focal_mm, args.focal_35mm, args.focal_px, args.sensor_mm, args.assume_fov, camera_table=table
     )
+
+
+def number(text: str) -> float:
+    """Return a number as it is written on a command line; for argparse."""
+    try:
+        return float(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r} is no number: write it like 28 or 4.25") from None
 
 
 def _size(text: str) -> tuple[float, float]:

@@ -1,4 +1,7 @@
-"""`proxemetry doctor`: what each photo tells of its camera, and what it leaves out; no network is run."""
+"""`proxemetry doctor`: what each photo tells of its camera, and what it leaves out; without photos, of this machine.
+
+No network is run.
+"""
 
 from __future__ import annotations
 
@@ -11,10 +14,11 @@ from ..errors import PhotoError
 from ..focal import estimate_camera
 from ..frame import SD_OF_90
 from ..photo import Photo
-from . import DONE, NOTHING_DONE, SOME_FAILED
-from .camera_options import add_camera_options, focal_request
+from . import DONE, NOTHING_DONE, SOME_FAILED, installation
+from .camera_options import WHAT_TO_STATE, add_camera_options, focal_request
 
 _EXAMPLES = """examples:
+  proxemetry doctor                                         is everything installed, and what to do if not
   proxemetry doctor photos                                  every candidate for every photo's focal length
   proxemetry doctor photos --missing                        only the photos that need a word from you
   proxemetry doctor scans --camera-table cameras.csv        try a camera table before measuring
@@ -27,13 +31,19 @@ The line with the arrow is the one that measuring would use; the interval is the
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add this command's options."""
     parser.epilog = _EXAMPLES
-    parser.add_argument("paths", nargs="+", metavar="PHOTO", help="photos, folders (searched all the way down), globs")
+    parser.add_argument(
+        "paths", nargs="*", metavar="PHOTO",
+        help="photos, folders (searched all the way down), globs; none: check this installation",
+    )  # fmt: skip
     parser.add_argument("--missing", action="store_true", help="print only photos without a focal length, or doubtful")
     add_camera_options(parser)
 
 
 def run(args: argparse.Namespace) -> int:
-    """Print a few lines a photo and return the exit code."""
+    """Print a few lines a photo, or on this installation, and return the exit code."""
+    if not args.paths:
+        print("\n".join(installation.lines()))
+        return DONE
     request, listing = focal_request(args), find_photos(args.paths)
     known, doubtful, unknown, failed = 0, 0, 0, 0
     for name in listing.names:
@@ -41,7 +51,7 @@ def run(args: argparse.Namespace) -> int:
             photo = Photo.open(listing.location(name), name)
         except PhotoError as error:
             failed += 1
-            print(f"{name}: cannot be read\n  {error}")
+            print(f"{name}: cannot be read\n  {str(error).removeprefix(f'{listing.location(name)}: ')}")
             continue
         estimate = estimate_camera(photo, request)
         known += estimate.camera is not None
@@ -49,6 +59,8 @@ def run(args: argparse.Namespace) -> int:
         doubtful += estimate.camera is not None and bool(estimate.flags)
         if not args.missing or estimate.camera is None or estimate.flags:
             print("\n".join(lines_of(photo, estimate)))
+    if unknown:
+        print(f"\n{WHAT_TO_STATE}\n")
     print(
         f"{len(listing.names)} photos: {known} with a focal length ({doubtful} of them doubtful), {unknown} without, "
         f"{failed} that cannot be read"
@@ -76,5 +88,6 @@ def lines_of(photo: Photo, estimate: CameraEstimate) -> list[str]:
     if estimate.lens is not None:
         lines.append(f"  distortion: {estimate.lens}")
     lines += [f"  doubt: {flag}" for flag in estimate.flags]
-    lines += [f"  missing: {estimate.reason}"] if estimate.reason else []
+    if estimate.reason:  # what to do about it is said once, after all photos
+        lines.append(f"  missing: {estimate.reason.partition('; ')[0]}")
     return lines

@@ -10,6 +10,7 @@ from ..archive.results import TABLE_FORMATS, Results
 from ..errors import OutputError, SettingsError
 from ..tables import TABLES, codebook_markdown
 from . import DONE
+from .camera_options import number
 
 FORMATS = (*TABLE_FORMATS, "spss", "coco")
 
@@ -30,7 +31,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--out", metavar="DIR", help="where to write; default: the results folder")
     parser.add_argument(
-        "--safe-distance", type=float, metavar="M", help="count the pairs nearer than M; default: the run's"
+        "--safe-distance", type=number, metavar="M", help="count the pairs nearer than M; default: the run's"
     )
     parser.add_argument("--codebook", action="store_true", help="print the codebook and do nothing else")
 

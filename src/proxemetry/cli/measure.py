@@ -16,7 +16,7 @@ from ..locate.pinhole import QUIRKS
 from ..measure import DEFAULT_METHOD, Settings
 from ..pose import DEVICES, EFFORTS, PoseOptions
 from . import DONE, NOTHING_DONE, SOME_FAILED
-from .camera_options import add_camera_options, focal_request
+from .camera_options import add_camera_options, focal_request, number
 from .progress import Reporter
 from .tally import print_results
 
@@ -42,7 +42,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--out", required=True, metavar="DIR", help="results folder, a path or a URL")
     _add_method(parser)
-    parser.add_argument("--no-undistort", action="store_true", help="leave the lens's distortion in")
+    parser.add_argument("--no-undistort", action="store_true", help="do not straighten what the lens bent")
     add_camera_options(parser)
     _add_output(parser)
     _add_run(parser)
@@ -53,24 +53,35 @@ def _add_method(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--pose", default="auto", metavar="NAME", help="back end: auto, a name, or recorded:FILE (default: auto)"
     )
-    group.add_argument("--effort", default="normal", choices=EFFORTS, help="how hard people are looked for")
+    group.add_argument(
+        "--effort", default="normal", choices=EFFORTS, help="how hard people are looked for (default: normal)"
+    )
     group.add_argument(
         "--device", default="cpu", choices=DEVICES, help="what the networks of ONNX back ends run on (default: cpu)"
     )
     group.add_argument("--flip", action="store_true", help="look at each person in a mirror too, and average")
-    group.add_argument("--method", default=DEFAULT_METHOD, choices=METHODS, help=f"default: {DEFAULT_METHOD}")
+    told = LocateSettings()
     group.add_argument(
-        "--body-size", default=LocateSettings().body_size, choices=BODY_SIZES, help="whose body lengths hold"
-    )
+        "--method", default=DEFAULT_METHOD, choices=METHODS,
+        help="scene: one fit of everybody, the floor and the camera; the others are the paper's, for comparison "
+        f"(default: {DEFAULT_METHOD})",
+    )  # fmt: skip
     group.add_argument(
-        "--child-weight", type=float, metavar="SHARE", help="share of children where --body-size is mixed"
-    )
+        "--body-size", default=told.body_size, choices=BODY_SIZES,
+        help=f"whose body lengths hold; mixed: adults and some children (default: {told.body_size})",
+    )  # fmt: skip
     group.add_argument(
-        "--floor", default=LocateSettings().floor, choices=FLOORS, help="whether people share one level floor"
-    )
+        "--child-weight", type=number, metavar="SHARE",
+        help=f"share of children where --body-size is mixed (default: {told.child_weight:g})",
+    )  # fmt: skip
     group.add_argument(
-        "--quirks", type=_names, default=frozenset[str](), metavar="A,B", help="the published code's peculiarities"
-    )
+        "--floor", default=told.floor, choices=FLOORS,
+        help=f"shared: everybody stands on one level floor, but whom a review takes off it (default: {told.floor})",
+    )  # fmt: skip
+    group.add_argument(
+        "--quirks", type=_names, default=frozenset[str](), metavar="A,B",
+        help=f"peculiarities of the published code, for comparison: {', '.join(QUIRKS)}",
+    )  # fmt: skip
 
 
 def _add_output(parser: argparse.ArgumentParser) -> None:
@@ -81,7 +92,7 @@ def _add_output(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--faces", default="show", choices=("show", "blur"), help="in overlays: blur pixelates the heads"
     )
-    group.add_argument("--safe-distance", type=float, metavar="M", help="count the pairs nearer than M metres")
+    group.add_argument("--safe-distance", type=number, metavar="M", help="count the pairs nearer than M metres")
     group.add_argument("--with-names", action="store_true", help="take names and captions of the metadata along")
     group.add_argument("--with-gps", action="store_true", help="take the coordinates of the metadata along")
 

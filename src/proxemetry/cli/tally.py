@@ -7,6 +7,8 @@ from typing import Any
 from ..archive.parts import attached, quoted
 from ..archive.results import Results
 from ..distances import ZONES
+from ..focal import ASSUMED
+from .camera_options import WHAT_TO_STATE
 
 _PHOTO_LINES, _FAILED_LINES = 40, 5
 
@@ -20,6 +22,7 @@ def print_results(results: Results) -> int:
         duck,
         "SELECT count(*) photos, count(*) FILTER (status = 'ok') measured, count(*) FILTER (status = 'failed') failed, "
         "count(*) FILTER (status = 'no_camera') no_camera, count(*) FILTER (status = 'excluded') excluded, "
+        f"count(*) FILTER (status = 'ok' AND contains(focal_source, '{ASSUMED}')) assumed, "
         "count(*) - count(DISTINCT nullif(sha256, '')) "
         "- count(*) FILTER (coalesce(sha256, '') = '') copies, sum(n_people) people, sum(n_pairs) pairs, "
         f"any_value(safe_distance_m) safe_m, sum(n_below_safe) below FROM {photos}",
@@ -29,6 +32,9 @@ def print_results(results: Results) -> int:
     elif totals["failed"]:
         _print_failed(duck, photos, totals["failed"])
     _print_totals(duck, totals, pairs)
+    if totals["no_camera"]:
+        print(f"\n{WHAT_TO_STATE}\n`reason` in photos.csv says what each photo lacks. With another statement, measure")
+        print("again with --restart or another --out.\n")
     print(f"tables in {folder.location}: photos, people and pairs as CSV and Parquet")
     return totals["failed"]
 
@@ -47,14 +53,21 @@ def _print_photos(duck: Any, photos: str, pairs: str) -> None:
         f"arg_min(person_b, distance_m) person_b FROM {pairs} GROUP BY photo) USING (photo) ORDER BY photo"
     ).fetchall()
     width = min(48, max(len("photo"), *(len(row[0]) for row in rows)))
-    print(f"{'photo':{width}}  people  pairs  nearest pair")
+    print(f"{'photo':{width}}  people  pairs  nearest pair [90 % interval]")
     for photo, status, reason, people, n_pairs, nearest, low, high, a, b in rows:
-        said = "" if nearest is None else f"{a}-{b}: {nearest:.2f} m [{low:.2f}, {high:.2f}]"
-        if status != "ok" or (nearest is None and reason):
-            said = f"{status.replace('_', ' ')}: {reason}" if status != "ok" else reason
+        if nearest is not None:
+            said = f"{a}-{b}: {nearest:.2f} m [{low:.2f}, {high:.2f}]"
+        elif status == "ok":
+            said = reason or ("nobody could be placed" if people > 1 else "one person")
+        else:
+            said = "no focal length" if status == "no_camera" else f"{status}: {reason}"
         shown = photo if len(photo) <= width else "..." + photo[3 - width :]
-        print(f"{shown:{width}}  {people:6d}  {n_pairs:5d}  {said}")
+        print(f"{shown:{width}}  {_count(people):>6}  {_count(n_pairs):>5}  {said}")
     print()
+
+
+def _count(number: int | None) -> str:
+    return "-" if number is None else str(number)
 
 
 def _print_failed(duck: Any, photos: str, count: int) -> None:
@@ -75,11 +88,12 @@ def _print_totals(duck: Any, totals: dict[str, Any], pairs: str) -> None:
             ("no_camera", "without a focal length (their people have no distances)"),
             ("failed", "failed"),
             ("excluded", "excluded in review"),
-            ("copies", "copies of others"),
+            ("copies", "the same file as another"),
         )
         if totals[key]
     ]
-    print(f"photos   {totals['photos']}: {totals['measured']} measured{''.join(', ' + r for r in rest)}")
+    assumed = f" ({totals['assumed']} with an ASSUMED focal length)" if totals["assumed"] else ""
+    print(f"photos   {totals['photos']}: {totals['measured']} measured{assumed}{''.join(', ' + r for r in rest)}")
     print(f"people   {totals['people'] or 0}")
     counts = ", ".join(f"count(*) FILTER (zone = '{zone}') {zone}" for zone in ZONES)
     found = _one_row(
