@@ -94,9 +94,14 @@ class Summary:
     width_pct: float
 
 
+def _among(groups: list[str], group: str | None) -> NDArray[np.bool_]:
+    """Return which rows belong to a group, or to all whose names end like that ("feet hidden"), or to any."""
+    return np.array([group is None or g == group or g.endswith(f", {group}") for g in groups], dtype=bool)
+
+
 def summary(records: Records, group: str | None = None) -> Summary:
     """Return the summary of one group, or of all pairs."""
-    keep = np.array([group is None or g == group for g in records.group], dtype=bool)
+    keep = _among(records.group, group)
     true, estimate = np.array(records.true_m)[keep], np.array(records.estimate_m)[keep]
     low, high = np.array(records.low_m)[keep], np.array(records.high_m)[keep]
     error = 100 * (estimate / true - 1)
@@ -113,13 +118,13 @@ def summary(records: Records, group: str | None = None) -> Summary:
 
 def constant_error_pct(records: Records, constant_m: float, group: str | None = None) -> float:
     """Return the mean error of answering the same distance for every pair."""
-    keep = np.array([group is None or g == group for g in records.group], dtype=bool)
+    keep = _among(records.group, group)
     return float(100 * np.abs(constant_m / np.array(records.true_m)[keep] - 1).mean())
 
 
 def depth_summary(records: Records, group: str | None = None) -> tuple[float, float, float]:
     """Return mean absolute and signed relative depth error in percent, and the rms of error over stated deviation."""
-    keep = np.array([group is None or g == group for g in records.person_group], dtype=bool)
+    keep = _among(records.person_group, group)
     true, depth, sd = (np.array(x)[keep] for x in (records.true_depth_m, records.depth_m, records.depth_sd_m))
     relative = 100 * (depth / true - 1)
     z = np.clip((depth - true) / sd, -6, 6)

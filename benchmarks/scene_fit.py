@@ -36,7 +36,7 @@ def main() -> None:
     groups = sorted(set(next(iter(results.values())).group))
     print(f"{'':24s}{'method':10s}{'pairs':>6s}{'miss%':>7s}{'mean%':>8s}{'median%':>8s}{'bias%':>8s}{'cover%':>8s}"
           f"{'width%':>8s}{'depth%':>8s}{'bias%':>7s}{'z':>6s}")  # fmt: skip
-    for group in (*groups, None):
+    for group in (*groups, "feet hidden", None):
         for method, records in results.items():
             s = summary(records, group)
             depth, bias, z = depth_summary(records, group)

@@ -15,7 +15,7 @@ from __future__ import annotations
 import functools
 import importlib.resources
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -59,14 +59,17 @@ class NoiseLaw:
         kind = kind_of(joint)
         definition = self.definition.get(kind, self.definition["other"])
         return np.hypot(
-            self.floor_px, np.hypot(definition, self.waver(joint, score)) * np.asarray(body_px, dtype=float)
+            self.floor_px, np.hypot(definition, self.waver([joint], score)) * np.asarray(body_px, dtype=float)
         )
 
-    def waver(self, joint: str, score: ArrayLike) -> FloatArray:
-        """Return how far the detector's answer strays from its own mean, in statures; NaN where the score is 0."""
-        scores = np.asarray(score, dtype=float)
-        usable = np.where(scores > 0, np.clip(scores, _LOWEST_SCORE, 1.0), np.nan)
-        return self.spread.get(kind_of(joint), self.spread["other"]) * usable**-self.score_power
+    def waver(self, joints: Sequence[str], scores: ArrayLike) -> FloatArray:
+        """Return how far the detector's answers for K joints stray from their own mean, in statures.
+
+        scores: shape (..., K), as is the answer; NaN where a score is 0. One joint goes with scores of any shape.
+        """
+        known = np.asarray(scores, dtype=float)
+        usable = np.where(known > 0, np.clip(known, _LOWEST_SCORE, 1.0), np.nan)
+        return np.array([self.spread.get(kind_of(j), self.spread["other"]) for j in joints]) * usable**-self.score_power
 
 
 #: Below this score a joint is no worse: the power law was measured above it.

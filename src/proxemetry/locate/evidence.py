@@ -26,8 +26,8 @@ _RESOLUTION = 4e-4
 class Evidence:
     """The K keypoints that the body model knows, of P people, in units of the focal length from the principal point.
 
-    points: shape (P, K, 2), zero where absent. seen: shape (P, K). noise_scale: shape (P, K), what the score
-    multiplies the noise by. resolution: the noise of a sharp point, in the same units as points.
+    points: shape (P, K, 2), zero where absent. seen: shape (P, K). waver: shape (P, K), how far the
+    detector strays at that score, in statures. resolution: the noise of a sharp point, in the same units as points.
     heading_rad, heading_sd_rad: shape (P,), what the back end says itself, in the camera frame; NaN where nothing.
     """
 
@@ -65,7 +65,5 @@ def _azimuth(points: FloatArray, seen: NDArray[np.bool_]) -> FloatArray:
 
 
 def _waver(people: People, scores: FloatArray, model: BodyModel) -> FloatArray:
-    law = law_of(people.skeleton.name)
     joints = [people.skeleton.joints[column] for column in model.columns]
-    columns = [law.waver(joint, scores[:, k]) for k, joint in enumerate(joints)]
-    return np.nan_to_num(np.stack(columns, axis=1))
+    return np.nan_to_num(law_of(people.skeleton.name).waver(joints, scores))

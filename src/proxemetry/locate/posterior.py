@@ -104,7 +104,7 @@ def placed_people(
 ) -> Placed:  # fmt: skip
     """Return everybody's place from the joint fit of their best rows and the alternatives' weights."""
     weights = _normalised(rows.person, log_weight, len(first))
-    local_sd, covariance = _covariance(fit)
+    local_sd, covariance, shared_covariance = _covariance(fit)
     choices = _ambiguous(rows, explanations, weights, first)
     shift = _folded(rows, explanations, weights, first, choices)
     blocks = np.arange(3 * len(first)).reshape(-1, 3)
@@ -120,7 +120,7 @@ def placed_people(
         heading_sd_rad=heading_sd,
         stature_m=stature,
         stature_sd_m=stature * local_sd[:, _STATURE],
-        floor=_floor(fit, on_floor),
+        floor=_floor(fit, shared_covariance) if on_floor.any() else None,
         modes=_modes(choices, explanations, weights, first, fit),
     )
 
@@ -132,12 +132,13 @@ def _normalised(person: NDArray[np.intp], log_weight: FloatArray, count: int) ->
     return weight / np.bincount(person, weight, minlength=count)[person]
 
 
-def _covariance(fit: Fit) -> tuple[FloatArray, FloatArray]:
-    """Return the standard deviations of the local unknowns (P, N_LOCAL), and the joint covariance of the positions."""
+def _covariance(fit: Fit) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return the standard deviations of the local unknowns (P, N_LOCAL), and the joint covariances of the positions
+    (3 P, 3 P) and of the shared unknowns (N_SHARED, N_SHARED)."""
     own = fit.hessian[:, :N_LOCAL, :N_LOCAL]
     inverse = np.linalg.inv(own)
     by_shared = inverse @ fit.hessian[:, :N_LOCAL, N_LOCAL:]
-    shared = np.linalg.inv(schur(fit, by_shared))
+    shared = np.asarray(np.linalg.inv(schur(fit, by_shared)), dtype=float)
     variance = np.einsum("rii->ri", inverse) + np.einsum("ris,st,rit->ri", by_shared, shared, by_shared)
     jacobian = torso_jacobian(torso_position(fit.local, fit.shared), fit.shared)
     by_local = jacobian[..., :3]
@@ -146,7 +147,7 @@ def _covariance(fit: Fit) -> tuple[FloatArray, FloatArray]:
     covariance = flat @ shared @ flat.T
     blocks = np.arange(len(flat)).reshape(-1, 3)
     covariance[blocks[:, :, None], blocks[:, None, :]] += by_local @ inverse[:, :3, :3] @ by_local.transpose(0, 2, 1)
-    return np.sqrt(variance), (covariance + covariance.T) / 2
+    return np.sqrt(variance), (covariance + covariance.T) / 2, shared
 
 
 def _far(rows: Rows, explanations: Explanations, first: NDArray[np.intp]) -> NDArray[np.bool_]:
@@ -231,10 +232,8 @@ def _headings(
     return heading, np.minimum(np.sqrt(variance), np.pi / np.sqrt(3))  # no wider than knowing nothing
 
 
-def _floor(fit: Fit, on_floor: NDArray[np.bool_]) -> Floor | None:
-    if not on_floor.any():
-        return None
-    covariance = np.linalg.inv(schur(fit, _by_shared(fit.hessian)))
+def _floor(fit: Fit, covariance: FloatArray) -> Floor | None:
+    """Return the floor, if the people show how far below the camera it is; covariance: (N_SHARED, N_SHARED)."""
     sd = np.sqrt(np.diag(covariance))
     if sd[HEIGHT] > _FOUND_FLOOR_REL_SD:
         return None

@@ -36,37 +36,33 @@ _STATURE = LENGTHS.index("stature")
 
 @dataclass(frozen=True, eq=False)
 class BodyTables:
-    """The body model's tables, row by row.
+    """The body model's tables, row by row, for its K joints and, as one more, the sole below the torso's middle.
 
-    table: shape (R, 3, K, lengths + latents), metres per metre and statures; head: shape (R, 3, K, lengths); rest:
-    shape (R, 3, K); torso: shape (R, lengths); torso_rest: shape (R,); torso_latent: shape (R, latents). See
-    `body_model.BodyModel`.
+    table: shape (R, 3, K + 1, lengths + latents), metres per metre and statures; head: shape (R, 3, K + 1, lengths);
+    rest: shape (R, 3, K + 1). See `body_model.BodyModel`.
     """
 
     table: FloatArray
     head: FloatArray
     rest: FloatArray
-    torso: FloatArray
-    torso_rest: FloatArray
-    torso_latent: FloatArray
 
     @classmethod
     def of(cls, model: BodyModel, posture: NDArray[np.intp]) -> BodyTables:
         """Return the tables of rows in these postures (R,)."""
-        table = np.concatenate([model.body, model.latent], axis=-1).transpose(0, 2, 1, 3)[posture]
-        head, rest = model.head.transpose(0, 2, 1, 3)[posture], model.rest.transpose(0, 2, 1)[posture]
-        # contiguous, so that the many products to come need no copies
-        return cls(
-            np.ascontiguousarray(table), np.ascontiguousarray(head), np.ascontiguousarray(rest),
-            model.torso[posture], model.torso_rest[posture], model.torso_latent[posture],
-        )  # fmt: skip
+        postures, joints = model.rest.shape[:2]
+        table = np.zeros((postures, 3, joints + 1, len(LENGTHS) + len(LATENTS)))
+        table[:, :, :-1] = np.concatenate([model.body, model.latent], axis=-1).transpose(0, 2, 1, 3)
+        table[:, 2, -1] = -np.concatenate([model.torso, model.torso_latent], axis=-1)
+        head = np.zeros((postures, 3, joints + 1, len(LENGTHS)))
+        head[:, :, :-1] = model.head.transpose(0, 2, 1, 3)
+        rest = np.zeros((postures, 3, joints + 1))
+        rest[:, :, :-1] = model.rest.transpose(0, 2, 1)
+        rest[:, 2, -1] = -model.torso_rest
+        return cls(table[posture], head[posture], rest[posture])
 
     def taken(self, index: NDArray[np.intp]) -> BodyTables:
         """Return the tables of some of the rows."""
-        return BodyTables(
-            self.table[index], self.head[index], self.rest[index], self.torso[index], self.torso_rest[index],
-            self.torso_latent[index],
-        )  # fmt: skip
+        return BodyTables(self.table[index], self.head[index], self.rest[index])
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,13 +122,13 @@ def turns(matrix: FloatArray, roll: FloatArray) -> FloatArray:
 
 
 def body_axes(heading: FloatArray) -> FloatArray:
-    """Return the body's forward, left and up as columns of (R, 3, 3) in the world frame."""
+    """Return the body's forward, left and up as columns of (..., 3, 3) in the world frame, of headings (...)."""
     sine, cosine = np.sin(heading), np.cos(heading)
-    axes = np.zeros((len(heading), 3, 3))
-    axes[:, 0, 0] = axes[:, 2, 1] = sine
-    axes[:, 0, 1] = cosine
-    axes[:, 2, 0] = -cosine
-    axes[:, 1, 2] = -1.0
+    axes = np.zeros((*heading.shape, 3, 3))
+    axes[..., 0, 0] = axes[..., 2, 1] = sine
+    axes[..., 0, 1] = cosine
+    axes[..., 2, 0] = -cosine
+    axes[..., 1, 2] = -1.0
     return axes
 
 
@@ -164,24 +160,24 @@ def project(local: FloatArray, shared: FloatArray, bodies: BodyTables) -> Projec
     matrix = camera_axes(shared[:, PITCH], shared[:, ROLL])
     turn = turns(matrix, shared[:, ROLL])
     torso = torso_position(local, shared)
-    by_torso = torso_jacobian(torso, shared)
     lengths = np.exp(local[:, LOG_LENGTHS])
-    stature = lengths[:, _STATURE, None, None]
+    stature = lengths[:, [_STATURE]]
     # a table's columns are log lengths and latents: here they come in the camera frame, metres per unit of either
-    axes = matrix @ body_axes(local[:, HEADING])
-    head_axes = matrix @ body_axes(local[:, HEADING] + local[:, TURN])
+    axes, head_axes = matrix @ body_axes(np.stack([local[:, HEADING], local[:, HEADING] + local[:, TURN]]))
     linear = (axes @ bodies.table.reshape(count, 3, -1)).reshape(count, 3, joints, -1)
     head = (head_axes @ bodies.head.reshape(count, 3, -1)).reshape(count, 3, joints, -1)
     linear[..., : len(LENGTHS)] += head
-    linear[..., : len(LENGTHS)] *= lengths[:, None, None]
-    linear[..., len(LENGTHS) :] *= stature[..., None]
+    linear *= np.concatenate([lengths, np.repeat(stature, len(LATENTS), axis=1)], axis=1)[:, None, None]
     head = (head @ lengths[:, None, :, None])[..., 0]
-    held = (linear[..., len(LENGTHS) :] @ local[:, None, POSTURE, None])[..., 0]
-    held += axes @ bodies.rest * stature
-    about = linear[..., : len(LENGTHS)].sum(axis=-1) + held  # the torso's middle
+    # what the lengths and what the posture do, in one product
+    parts = np.zeros((count, 1, linear.shape[-1], 2))
+    parts[:, 0, : len(LENGTHS), 0], parts[:, 0, len(LENGTHS) :, 1] = 1.0, local[:, POSTURE]
+    about, held = np.moveaxis(linear @ parts, -1, 0)
+    held = held + axes @ bodies.rest * stature[..., None]
+    about = about + held  # the torso's middle
 
     moved = np.empty((count, 3, joints, N_LOCAL + N_SHARED))
-    moved[:] = by_torso[:, :, None]
+    moved[:] = torso_jacobian(torso, shared)[:, :, None]
     moved[..., LOG_LENGTHS.start : POSTURE.stop] = linear
     moved[..., LOG_LENGTHS.start + _STATURE] += held  # a body grows with its stature as a whole, posture and all
     turned = turn @ about
@@ -191,30 +187,28 @@ def project(local: FloatArray, shared: FloatArray, bodies: BodyTables) -> Projec
 
     about += torso[:, :, None]
     focal = np.exp(shared[:, FOCAL])[:, None, None]
-    depth = np.maximum(about[:, 2:], 0.05)  # a joint beside the lens must not divide by zero on the way
-    ideal = about[:, :2] / depth
+    depth = np.maximum(about[:, 2:, :-1], 0.05)  # a joint beside the lens must not divide by zero on the way
+    ideal = about[:, :2, :-1] / depth
     enlarged = ideal * focal
     points = enlarged + shared[:, PRINCIPAL, None]
-    floor, floor_jacobian = _above_floor(local, shared, bodies, lengths, torso, by_torso, matrix[:, :, 1], turn)
-    return Projected(points, floor, floor_jacobian, ideal, enlarged, focal / depth, moved)
+    floor, floor_jacobian = _above_floor(about[:, :, -1:], moved[:, :, -1], shared, matrix[:, None, :, 1], turn)
+    return Projected(points, floor, floor_jacobian, ideal, enlarged, focal / depth, moved[:, :, :-1])
 
 
 def _above_floor(
-    local: FloatArray, shared: FloatArray, bodies: BodyTables, lengths: FloatArray, torso: FloatArray,
-    by_torso: FloatArray, down: FloatArray, turn: FloatArray,
-) -> tuple[FloatArray, FloatArray]:  # fmt: skip
-    """Return how far each sole is above the floor (R,), and the derivatives (R, N_LOCAL + N_SHARED)."""
-    stature = lengths[:, _STATURE]
-    held = stature * (bodies.torso_rest + (bodies.torso_latent * local[:, POSTURE]).sum(axis=1))
+    sole: FloatArray, moved: FloatArray, shared: FloatArray, down: FloatArray, turn: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return how far each sole is above the floor (R,), and the derivatives (R, N_LOCAL + N_SHARED).
+
+    sole: shape (R, 3, 1) in the camera frame; moved: shape (R, 3, N_LOCAL + N_SHARED), its derivatives; down: shape
+    (R, 1, 3).
+    """
     height = np.exp(shared[:, HEIGHT])
-    parts = bodies.torso * lengths
-    above = height - (torso * down).sum(axis=1) - parts.sum(axis=1) - held - SHOE_M
-    jacobian = -(down[:, None] @ by_torso)[:, 0]
-    jacobian[:, LOG_LENGTHS] = -parts
-    jacobian[:, LOG_LENGTHS.start + _STATURE] -= held
-    jacobian[:, POSTURE] = -stature[:, None] * bodies.torso_latent
-    turned = (turn[:, 3:] @ down[..., None])[..., 0]
-    jacobian[:, N_LOCAL + PITCH] -= (torso * turned[:, :3]).sum(axis=1)
-    jacobian[:, N_LOCAL + ROLL] -= (torso * turned[:, 3:]).sum(axis=1)
+    above = height - (down @ sole)[:, 0, 0] - SHOE_M
+    jacobian = -(down @ moved)[:, 0]
+    # gravity turns in the camera frame too: its derivative times the sole is minus its own times the turned sole
+    turned = (down @ (turn[:, 3:] @ sole).reshape(len(sole), 2, 3).swapaxes(1, 2))[:, 0]
+    jacobian[:, N_LOCAL + PITCH] += turned[:, 0]
+    jacobian[:, N_LOCAL + ROLL] += turned[:, 1]
     jacobian[:, N_LOCAL + HEIGHT] = height
     return above, jacobian

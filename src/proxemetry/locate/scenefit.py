@@ -19,7 +19,7 @@ from .evidence import Evidence, evidence_of
 from .hypotheses import Guesses, body_types, guesses_of, keypoint_precision, log_evidence, rows_of
 from .posterior import Placed, placed_people
 from .projection import DEPTH, FOCAL, HEIGHT, LOG_LENGTHS, N_SHARED, PITCH, PRINCIPAL, ROLL
-from .solver import Explanations, Fit, Rows, SharedPrior, approach, explain, joined, others_of, solve
+from .solver import Explanations, Fit, Rows, SharedPrior, approach, explain, explained, joined, others_of, solve
 from .start import look
 
 FloatArray = NDArray[np.float64]
@@ -117,8 +117,7 @@ def _weigh(
     """Explain every row with the camera as everybody else would have it; return also the log weight of each."""
     others = others_of(fit, prior)
     rest = np.setdiff1d(np.arange(len(rows)), first)
-    best = explain(rows.taken(first), fit.local, np.tile(fit.shared, (len(first), 1)), others, iterations=0)
-    explanations = best
+    explanations = best = explained(fit, others)
     if len(rest):
         begin, elsewhere = np.tile(fit.shared, (len(rest), 1)), others.taken(rows.person[rest])
         refined = explain(rows.taken(rest), guesses.local[rest], begin, elsewhere, iterations=iterations)

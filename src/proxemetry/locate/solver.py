@@ -149,12 +149,20 @@ def solve(rows: Rows, local: FloatArray, shared: FloatArray, prior: SharedPrior,
         local_step, shared_step = _bounded(*_step(fit, prior))
         local, shared = local + local_step, shared + shared_step
         if max(np.abs(local_step[:, DEPTH]).max(initial=0.0), np.abs(shared_step).max()) < _SETTLED and best is fit:
-            # the last small step changes the normal equations by less than anybody sees
-            step = np.concatenate([local_step, np.broadcast_to(shared_step, (len(local), N_SHARED))], axis=1)
-            gradient = fit.gradient - (fit.hessian @ step[..., None])[..., 0]
-            return replace(fit, local=local, shared=shared, gradient=gradient)
+            return _stepped(fit, local_step, shared_step, prior)
     fit = _evaluate(rows, local, shared, prior)
     return fit if best is None or fit.cost <= best.cost else best
+
+
+def _stepped(fit: Fit, local_step: FloatArray, shared_step: FloatArray, prior: SharedPrior) -> Fit:
+    """Return the fit after a step so small that the normal equations stay as they are."""
+    step = np.concatenate([local_step, np.broadcast_to(shared_step, (len(local_step), N_SHARED))], axis=1)
+    bent = (fit.hessian @ step[..., None])[..., 0]
+    shared = fit.shared + shared_step
+    return replace(
+        fit, local=fit.local + local_step, shared=shared, gradient=fit.gradient - bent,
+        row_cost=fit.row_cost - (step * (fit.gradient - 0.5 * bent)).sum(axis=1), shared_cost=prior.cost(shared),
+    )  # fmt: skip
 
 
 def approach(
@@ -179,25 +187,37 @@ def others_of(fit: Fit, prior: SharedPrior) -> Others:
     return Others(fit.shared + solved(precision, total[..., None])[..., 0], precision)
 
 
+def explained(fit: Fit, others: Others) -> Explanations:
+    """Return the fit's rows as explanations of their own, the camera being the fit's; `others` row by row."""
+    shared = np.broadcast_to(fit.shared, (len(fit.local), N_SHARED))
+    return _explanation(fit.local, shared, fit.hessian, fit.row_cost, others)[0]
+
+
 def explain(rows: Rows, local: FloatArray, shared: FloatArray, others: Others, *, iterations: int) -> Explanations:
     """Return rows' best explanations from a start (R, N_LOCAL), (R, N_SHARED), each for itself; `others` row by row."""
     best: Explanations | None = None
     for iteration in range(iterations + 1):
         hessian, gradient, cost, _, _ = _evaluate_rows(rows, local, shared)
-        off = others.mean - shared
-        pull = (others.precision @ off[..., None])[..., 0]
-        cost = cost + 0.5 * (off * pull).sum(axis=1)
-        precision = hessian.copy()
-        precision[:, N_LOCAL:, N_LOCAL:] += others.precision
-        here = Explanations(local, shared, hessian, precision, cost)
+        here, pull = _explanation(local, shared, hessian, cost, others)
         best = here if best is None else _better(best, here)
         if iteration < iterations:
             gradient[:, N_LOCAL:] += pull
-            step = solved(_damped(precision), gradient[..., None])[..., 0]
+            step = solved(_damped(here.precision), gradient[..., None])[..., 0]
             local_step, shared_step = _bounded(step[:, :N_LOCAL], step[:, N_LOCAL:])
             local, shared = local + local_step, shared + shared_step
     assert best is not None
     return best
+
+
+def _explanation(
+    local: FloatArray, shared: FloatArray, hessian: FloatArray, cost: FloatArray, others: Others
+) -> tuple[Explanations, FloatArray]:
+    """Return rows with what the others know of the camera, and how that pulls at it (R, N_SHARED)."""
+    off = others.mean - shared
+    pull = (others.precision @ off[..., None])[..., 0]
+    precision = hessian.copy()
+    precision[:, N_LOCAL:, N_LOCAL:] += others.precision
+    return Explanations(local, shared, hessian, precision, cost + 0.5 * (off * pull).sum(axis=1)), pull
 
 
 def joined(own: NDArray[np.intp], a: Explanations, others: NDArray[np.intp], b: Explanations) -> Explanations:
