@@ -162,7 +162,7 @@ def main() -> None:
         points, rate = posterior.sample(rng, args.samples)
         spent["sampled"] += time.process_time() - begin
         rates.append(rate)
-        lengths, even = sampled_lengths(posterior, points), np.full(len(points), 1 / len(points))
+        lengths, even = sampled_lengths(posterior, points), np.full((1, len(points)), 1 / len(points))
         with_modes = distances.measure_distances(bodies)
         alone = distances.measure_distances(replace(bodies, modes=()))
         for i, owner in enumerate(photo.owners):
@@ -172,7 +172,7 @@ def main() -> None:
                 truth = float(photo.distances_m[owner, photo.owners[j]])
                 for name, d in (("fit", with_modes), ("fit, best mode alone", alone)):
                     tallies[name].add(truth, d.distance_m[i, j], d.low_m[i, j], d.high_m[i, j])
-                drawn = lengths[i, j][None]
+                drawn = np.sort(lengths[i, j])[None]
                 low, high = distances._shortest_intervals(drawn, even)
                 tallies["sampled"].add(truth, float(distances._least_error(drawn, even)[0]), low[0], high[0])
     print(f"{'':22s}{'pairs':>6s}{'mean %':>8s}{'median':>8s}{'bias %':>8s}{'in 90 %':>8s}{'width %':>8s}")

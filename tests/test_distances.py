@@ -101,6 +101,18 @@ def test_order_of_people_and_mirroring_change_nothing(people, sd, data):
         assert getattr(mirrored, name) == pytest.approx(expected, nan_ok=True)
 
 
+def test_a_crowds_pairs_are_taken_some_at_a_time_and_nothing_changes(monkeypatch):
+    rng = np.random.default_rng(3)
+    places = rng.uniform((-3, 0, 4), (3, 0, 9), (14, 3))
+    modes = (Mode(0.7, places, np.eye(42) * 0.01), Mode(0.3, places + 0.4, np.eye(42) * 0.02))
+    bodies = bodies_at(places, 0.2, heading=rng.uniform(-3, 3, 14), modes=modes)
+    together = measure_distances(bodies)
+    monkeypatch.setattr("proxemetry.distances._MOST_DRAWS", 3000)
+    apart = measure_distances(bodies)
+    for name in ("distance_m", "low_m", "high_m", "distance_3d_m", "zone_probability", "group_probability"):
+        np.testing.assert_array_equal(getattr(apart, name), getattr(together, name))
+
+
 @given(places, st.floats(0.01, 1))
 def test_the_interval_is_ordered_and_zones_are_probabilities(people, sd):
     distances = measure_distances(bodies_at(people, sd))

@@ -9,6 +9,7 @@ from __future__ import annotations
 import functools
 import itertools
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -30,6 +31,8 @@ LEVEL = 0.9
 GROUP_REACH_M, GROUP_RADII_M = 2.0, (0.3, 0.5, 1.0)
 
 _DRAWS = 512
+#: So many draws are held at a time, 16 MB an array.
+_MOST_DRAWS = 2_000_000
 
 #: Methods that state everybody's joint uncertainty, and whose pairs get the answer of least expected error. The paper's
 #: estimators define a distance as the one between their positions.
@@ -110,16 +113,19 @@ def measure_distances(bodies: Bodies) -> Distances:
     zones = np.full((*shape, len(ZONES)), np.nan)
     placed = np.flatnonzero(bodies.placed)
     a, b = (placed[k] for k in np.triu_indices(len(placed), 1))
-    if len(a):
-        gap = bodies.positions_m[a] - bodies.positions_m[b]
-        lengths, weights = _draw_lengths(bodies, a, b, plane)
+    for some in _blocks(len(a), _DRAWS * max(1, len(bodies.modes))):
+        i, j = a[some], b[some]
+        gap = bodies.positions_m[i] - bodies.positions_m[j]
+        drawn, weights = _draw_lengths(bodies, i, j, plane)
+        order = drawn.argsort(axis=1)
+        lengths, shares = np.take_along_axis(drawn, order, axis=1), weights[order]
         flat, straight = np.linalg.norm(gap @ plane.T, axis=-1), np.linalg.norm(gap, axis=-1)
-        distance[a, b] = _least_error(lengths, weights) if bodies.method in LEAST_ERROR_METHODS else flat
-        spatial[a, b] = np.sqrt(distance[a, b] ** 2 + np.maximum(straight**2 - flat**2, 0.0))
-        low[a, b], high[a, b] = _shortest_intervals(lengths, weights)
+        distance[i, j] = _least_error(lengths, shares) if bodies.method in LEAST_ERROR_METHODS else flat
+        spatial[i, j] = np.sqrt(distance[i, j] ** 2 + np.maximum(straight**2 - flat**2, 0.0))
+        low[i, j], high[i, j] = _shortest_intervals(lengths, shares)
         edges = np.searchsorted(ZONE_LIMITS_M, lengths, side="right")
         for k in range(len(ZONES)):
-            zones[a, b, k] = ((edges == k) * weights).sum(axis=1)
+            zones[i, j, k] = ((edges == k) * shares).sum(axis=1)
     for array in (distance, low, high, spatial, zones):
         array[b, a] = array[a, b]
     return Distances(distance, low, high, spatial, zones, _group_probability(bodies), bodies.up is not None)
@@ -152,6 +158,12 @@ def _pair_covariance(covariance: FloatArray, a: NDArray[np.intp], b: NDArray[np.
     return blocks[a, a] + blocks[b, b] - blocks[a, b] - blocks[b, a]
 
 
+def _blocks(count: int, draws: int) -> Iterator[slice]:
+    """Yield slices of `count` rows of so many draws each: crowds have more pairs than fit into memory at once."""
+    rows = max(1, _MOST_DRAWS // draws)
+    yield from (slice(k, k + rows) for k in range(0, count, rows))
+
+
 def _draw_lengths(
     bodies: Bodies, a: NDArray[np.intp], b: NDArray[np.intp], plane: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
@@ -177,33 +189,29 @@ def _drawn(points: FloatArray, covariance: FloatArray) -> FloatArray:
     return points @ root.transpose(0, 2, 1)
 
 
-def _least_error(values: FloatArray, weights: FloatArray) -> FloatArray:
-    """Return for each row of `values` (n, draws) the answer with the least expected relative error.
+def _least_error(lengths: FloatArray, shares: FloatArray) -> FloatArray:
+    """Return for each row of `lengths` (n, draws), in order, with weights `shares`, the least expected relative error.
 
-    That is the median by the draws' weights over their lengths: |x / d - 1| costs a long answer to a short distance
-    most. Where depth is sure it is the distance between the positions; where it is not, that distance is mostly noise.
+    That answer is the median by the draws' weights over their lengths: |x / d - 1| costs a long answer to a short
+    distance most. Where depth is sure it is the distance between the positions; where it is not, that distance is
+    mostly noise.
     """
-    order = values.argsort(axis=1)
-    ordered = np.take_along_axis(values, order, axis=1)
-    share = weights[order] / np.maximum(ordered, _SHORTEST_M)
+    share = shares / np.maximum(lengths, _SHORTEST_M)
     middle = np.cumsum(share, axis=1) - share / 2
     half = share.sum(axis=1) / 2
-    answers = [np.interp(h, m, v) for h, m, v in zip(half, middle, ordered, strict=True)]
+    answers = [np.interp(h, m, v) for h, m, v in zip(half, middle, lengths, strict=True)]
     return np.array(answers, dtype=float)
 
 
-def _shortest_intervals(values: FloatArray, weights: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the shortest interval that holds `LEVEL` of each row of `values` (n, draws), by the draws' weights."""
-    order = values.argsort(axis=1)
-    ordered = np.take_along_axis(values, order, axis=1)
-    share = weights[order]
-    below = np.cumsum(share, axis=1) - share  # of the weight before each draw
+def _shortest_intervals(lengths: FloatArray, shares: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the shortest interval that holds `LEVEL` of each row of `lengths` (n, draws), in order, with weights."""
+    below = np.cumsum(shares, axis=1) - shares  # of the weight before each draw
     upper = np.array(
-        [np.interp(b + LEVEL, b + s / 2, v) for b, s, v in zip(below, share, ordered, strict=True)]
-    ).reshape(values.shape)
-    width = np.where(below + LEVEL <= 1 + 1e-12, upper - ordered, np.inf)
+        [np.interp(b + LEVEL, b + s / 2, v) for b, s, v in zip(below, shares, lengths, strict=True)]
+    ).reshape(lengths.shape)
+    width = np.where(below + LEVEL <= 1 + 1e-12, upper - lengths, np.inf)
     best = width.argmin(axis=1)[:, None]
-    low, high = (np.take_along_axis(edge, best, axis=1)[:, 0] for edge in (ordered, upper))
+    low, high = (np.take_along_axis(edge, best, axis=1)[:, 0] for edge in (lengths, upper))
     return low, high
 
 
@@ -219,20 +227,28 @@ def _group_probability(bodies: Bodies) -> FloatArray:
     a, b = (known[k] for k in np.triu_indices(len(known), 1))
     points = _standard_normal(4)
     points = np.concatenate([points, points[:, [0, 1, 3, 2]]])  # neither of a pair comes first
-    spread = frame @ _pair_covariance(bodies.covariance_m2, a, b) @ frame.T
     # a place on the ground as one complex number, right + i forward
-    shift = _complex(_drawn(points[:, :2], spread)) / 2  # (pairs, draws)
     place = _complex(ground)
-    near = _squared((place[a] - place[b])[:, None] + 2 * shift) <= GROUP_REACH_M**2
     placed = np.flatnonzero(bodies.placed)
     result[a, b] = result[b, a] = 0.0
-    for k in np.flatnonzero(near.any(axis=1)):
-        i, j, drawn = int(a[k]), int(b[k]), near[k]
-        turn = points[drawn, 2:] * bodies.heading_sd_rad[[i, j]] + bodies.heading_rad[[i, j]]
-        others = place[placed[(placed != i) & (placed != j)]]
-        facing = -1j * np.exp(1j * turn.T)  # sin h - i cos h
-        grouped = _face_each_other(place[i] + shift[k, drawn], place[j] - shift[k, drawn], facing, others)
-        result[i, j] = result[j, i] = grouped.sum() / len(points)
+    for some in _blocks(len(a), len(points)):
+        gap = np.abs(place[a[some]] - place[b[some]])
+        spread = frame @ _pair_covariance(bodies.covariance_m2, a[some], b[some]) @ frame.T
+        # no draw is further out than this
+        furthest = np.linalg.norm(points[:, :2], axis=1).max() * np.sqrt(np.trace(spread, axis1=1, axis2=2))
+        close = np.flatnonzero(gap - furthest <= GROUP_REACH_M)
+        shift = _complex(_drawn(points[:, :2], spread[close])) / 2  # (pairs, draws)
+        for i, j, aside in zip(a[some][close], b[some][close], shift, strict=True):
+            near = _squared(place[i] - place[j] + 2 * aside) <= GROUP_REACH_M**2
+            if not near.any():
+                continue
+            turn = points[near, 2:] * bodies.heading_sd_rad[[i, j]] + bodies.heading_rad[[i, j]]
+            facing = -1j * np.exp(1j * turn.T)  # sin h - i cos h
+            others = placed[(placed != i) & (placed != j)]
+            # their centre is within a radius of the middle between them, and a radius from there is as far as counts
+            others = others[np.abs(place[others] - (place[i] + place[j]) / 2) < 2 * max(GROUP_RADII_M)]
+            grouped = _face_each_other(place[i] + aside[near], place[j] - aside[near], facing, place[others])
+            result[i, j] = result[j, i] = grouped.sum() / len(points)
     return result
 
 
