@@ -182,6 +182,23 @@ def test_command_line_writes_what_it_is_asked_for(tmp_path: Path, capsys: pytest
 
 
 @needs_korte
+def test_metres_for_millimetres_do_not_pass_in_silence(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    main(["benchmark", "--labels", str(KORTE), "--keypoints", "labels", "--method", "torso", "--out", str(tmp_path)])
+    answers = json.loads((tmp_path / "predictions_torso_v1.json").read_text())
+    for image in answers["images"]:
+        image.pop("distances_mm", None)
+        for person in image["people"]:
+            person["position_mm"] = [v / 1000 for v in person["position_mm"]] if person["position_mm"] else None
+    (tmp_path / "metres.json").write_text(json.dumps(answers))
+    capsys.readouterr()
+    assert main(["score", str(tmp_path / "metres.json"), "--labels", str(KORTE)]) == 0
+    assert "millimetres" in capsys.readouterr().err
+    assert main(["score", str(tmp_path / "predictions_torso_v1.json"), "--labels", str(KORTE)]) == 0
+    assert capsys.readouterr().err == ""
+    assert main(["score", str(tmp_path / "metres.json"), "--labels", str(KORTE), "--format", "csv"]) == 2
+
+
+@needs_korte
 def test_annotated_points_as_keypoints() -> None:
     labels = read_labels(KORTE)
     image = labels.by_name["IMG_6285.jpg"]

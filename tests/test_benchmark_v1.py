@@ -319,6 +319,9 @@ def test_photos_are_found_however_their_path_is_spelled(tmp_path: Path) -> None:
     extra = score(labels, answers(tmp_path, photo(people), photo(people, "other.jpg")))
     assert extra.n_extra == 1
     assert "1 answered photos without labels ignored" in extra.caption
+    with pytest.raises(LabelsError, match=r"none of its 1 photos is labelled: it names other\.jpg"):
+        score(labels, answers(tmp_path, photo(people, "other.jpg")))
+    assert score(labels, answers(tmp_path)).overall.n_pairs == 0  # an empty answer is an answer
 
 
 @pytest.mark.parametrize(
@@ -335,6 +338,9 @@ def test_photos_are_found_however_their_path_is_spelled(tmp_path: Path) -> None:
         ('{"images": [{"filename": "a", "width": 0, "people": []}]}', "width must be a positive number"),
         ('{"images": [{"filename": "a", "people": [], "distances_mm": [[0, 1, 5]]}]}', "two different people"),
         ('{"images": [{"filename": "a", "people": [], "up": [0, 0, 0]}]}', "up has no direction"),
+        ('{"images": [{"filename": "a", "people": [{"position_mm": [NaN, 0, 0]}]}]}', "null is missing"),
+        ('{"images": [{"filename": "a", "people": [{}, {}], "distances_mm": [[0, 1, -5]]}]}', "negative"),
+        ('{"images": [{"filename": "a", "people": [{}, {}], "intervals_mm": [[0, 1, 9, 5]]}]}', "low end above"),
     ],
 )
 def test_malformed_predictions_are_named(content: str, message: str, tmp_path: Path) -> None:

@@ -13,6 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from proxemetry.archive.corrections import FILE, Action, FileKey, Log, apply, corrected_scenes, in_force
+from proxemetry.archive.index import summary_of
 from proxemetry.camera import Camera, CameraEstimate
 from proxemetry.errors import OutputError, SettingsError
 from proxemetry.measure import Settings, place
@@ -120,6 +121,17 @@ def test_an_excluded_photo_keeps_its_row_and_loses_its_numbers() -> None:
     assert rows("pairs", excluded) == []
     back = apply(scene, [act("exclude", 1, excluded=True), act("exclude", 2, excluded=False)])
     assert back.status == "ok" and len(back) == 3
+
+
+def test_a_focal_length_stated_by_hand_settles_the_doubts_about_the_old_one() -> None:
+    doubts = ("focal length ASSUMED: field of view 60 degrees", "A says 500 px, B 700 px", "cropped (its shape)")
+    scene = drawn_scene()
+    doubtful = replace(scene, camera=replace(scene.camera, flags=doubts))
+    measured = apply(doubtful, [act("set_camera", focal_px=900)])
+    assert measured.camera.flags == ("cropped (its shape)",)
+    guessed = apply(doubtful, [act("set_camera", focal_35mm=35)])
+    assert guessed.camera.flags == ("focal length ASSUMED: 35 mm equivalent 35 mm", "cropped (its shape)")
+    assert summary_of(guessed).doubtful
 
 
 def test_notes_and_marks_change_no_number() -> None:

@@ -125,6 +125,7 @@ def test_a_photo_without_camera_or_people_still_gives_a_figure(tmp_path: Path) -
                     CameraEstimate(None, reason="no focal length"), Settings(method="torso"))  # fmt: skip
     for value in (scene, unknown, Scene.failed("broken.jpg", "truncated")):
         plots.save(plots.overlay(value, None), tmp_path / "figure.png")
+        assert "Distance between" not in footnote(value, [])  # there is no line that would mean one
 
 
 def test_intervals_are_part_of_every_number() -> None:

@@ -128,6 +128,11 @@ def test_corrections_are_in_the_report(tmp_path: Path) -> None:
     assert "1 photo was corrected by hand" in text
 
 
+def test_assumed_focal_lengths_stand_beside_the_distances(results: Results, tmp_path: Path) -> None:
+    text = write_report(results.folder.location, tmp_path / "r.html").read_text()
+    assert "In 1 of 4 measured photos the focal length is ASSUMED" in text
+
+
 def test_names_are_text_not_markup(tmp_path: Path) -> None:
     name = "<img src=x onerror=alert(1)>\"'.jpg"
     draw_photo(tmp_path / "photos" / name, people_at(PHOTOS["market/two.jpg"][0], CAMERA))

@@ -9,8 +9,8 @@ from drawn import people_at
 
 from proxemetry.bodies import Bodies, Floor, Mode
 from proxemetry.camera import Camera, CameraEstimate, Candidate
-from proxemetry.errors import OutputError
-from proxemetry.measure import Settings, place, remeasure
+from proxemetry.errors import OutputError, SettingsError
+from proxemetry.measure import Settings, measure, place, remeasure
 from proxemetry.people import People
 from proxemetry.scene import Scene
 from proxemetry.skeleton import COCO_17
@@ -118,6 +118,18 @@ def test_a_failed_photo_is_a_scene_too():
     # Nothing is known of it: a zero would count as an empty photo in somebody's mean.
     assert {row[c] for c in ("sha256", "width_px", "height_px", "n_people", "n_pairs", "focal_px")} == {None}
     assert rows("people", scene) == [] == rows("pairs", scene)
+
+
+def test_a_scene_says_itself_in_a_line():
+    scene = scene_of([(0, 0, 5), (3, 0, 9)])
+    assert "\n" not in repr(scene) and len(repr(scene)) < 120
+    assert "ok: 2 people, 1 distances" in repr(scene)
+    assert repr(scene.people).startswith("People(2 with ")
+
+
+def test_a_bare_number_is_no_camera():
+    with pytest.raises(SettingsError, match="FocalRequest, not 800"):
+        measure(np.zeros((20, 30, 3), np.uint8), camera=800)
 
 
 def test_the_settings_of_a_scene_are_json():

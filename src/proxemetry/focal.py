@@ -7,6 +7,7 @@ resolution; the 35 mm equivalent; EXIF focal length with the camera's crop facto
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
@@ -30,6 +31,9 @@ _EQUIVALENT_SD = 0.025  # some makers scale the width, not the diagonal; the rou
 _CROP_FACTOR_SD = 0.03
 _ASSUMED_EQUIVALENT_SD = 0.1
 _ASSUMED_FOV_SD = 0.2
+#: How doubts about the focal length are spelled: as no more than assumed, and as contradicted by other candidates.
+_ON_FOCAL = "focal length "
+_CONTRADICTION = re.compile(r" says \d+ px, ")
 #: How the sources of what is stated begin.
 _STATED = ("user", "camera table")
 
@@ -95,7 +99,7 @@ def estimate_camera(photo: Photo, request: FocalRequest | None = None) -> Camera
     if frame.principal_px is not None:
         camera = replace(camera, cx=frame.principal_px[0], cy=frame.principal_px[1])
     if chosen.source.startswith(ASSUMED):
-        doubts.append(f"focal length {chosen.source}")
+        doubts.append(f"{_ON_FOCAL}{chosen.source}")
     if row is not None:
         camera = _with_row(camera, row)
     if frame.crop is not None:
@@ -106,6 +110,11 @@ def estimate_camera(photo: Photo, request: FocalRequest | None = None) -> Camera
     if not chosen.source.startswith(_STATED):  # what is wrong with the metadata is no matter where nobody uses them
         doubts = [*flags, *doubts]
     return CameraEstimate(camera, candidates, (*doubts, *([doubt] if doubt else [])), lens=lens)
+
+
+def flags_beside_focal(flags: tuple[str, ...]) -> tuple[str, ...]:
+    """Return the flags that stay true when the focal length is stated anew: crops, zooms, lenses."""
+    return tuple(f for f in flags if not f.startswith(_ON_FOCAL) and not _CONTRADICTION.search(f))
 
 
 def _with_row(camera: Camera, row: CameraRow) -> Camera:

@@ -113,6 +113,8 @@ def measure(
         method=method or settings.method,
         focal=camera if isinstance(camera, FocalRequest) else settings.focal,
     )
+    if not isinstance(cast(object, camera), Camera | CameraEstimate | FocalRequest | None):
+        raise SettingsError(f"camera must be a Camera, a CameraEstimate or a FocalRequest, not {camera!r:.40}")
     photo = _opened(photo)
     backend = _backend(pose)
     people = backend.detect(photo)

@@ -48,6 +48,9 @@ class People:
     heading_rad: FloatArray = field(default_factory=_empty)
     heading_sd_rad: FloatArray = field(default_factory=_empty)
 
+    def __repr__(self) -> str:
+        return f"People({len(self.keypoints_px)} with {len(self.skeleton)} keypoints, {self.skeleton.name})"
+
     def __post_init__(self) -> None:
         keypoints = np.array(self.keypoints_px, dtype=float).reshape(-1, len(self.skeleton), 2)
         scores = np.array(self.scores, dtype=float)

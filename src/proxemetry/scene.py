@@ -77,6 +77,12 @@ class Scene:
     def __len__(self) -> int:
         return len(self.people)
 
+    def __repr__(self) -> str:
+        """The scene in one line: of the arrays only how many people they are about."""
+        focal = "unknown" if self.camera.camera is None else f"{self.camera.camera.f_px:.0f} px"
+        pairs = self.distances.below(math.inf)
+        return f"Scene({self.photo!r}, {self.status}: {len(self)} people, {pairs} distances, focal length {focal})"
+
     @cached_property
     def distances(self) -> Distances:
         """Every pair's distance with intervals and zones."""

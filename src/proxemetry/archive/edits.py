@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from ..bodies import Bodies
 from ..camera import CameraEstimate
-from ..focal import estimate_camera
+from ..focal import ASSUMED, estimate_camera, flags_beside_focal
 from ..measure import Settings, remeasure
 from ..people import People
 from ..photo import Photo
@@ -154,16 +154,19 @@ def _move_joint(draft: _Draft, value: Mapping[str, Any], scene: Scene) -> bool:
 
 
 def _set_camera(draft: _Draft, value: Mapping[str, Any], scene: Scene) -> bool:
-    stated = estimate_camera(
-        Photo(scene.photo, scene.width_px, scene.height_px, scene.sha256), camera_request(value)
-    ).camera
+    estimate = estimate_camera(Photo(scene.photo, scene.width_px, scene.height_px, scene.sha256), camera_request(value))
+    stated = estimate.camera
     if stated is None:
         return False
     before = draft.camera.camera
     camera = replace(stated, source=f"{REVIEWED}: {stated.source}")
     if before is not None:  # the lens and the middle of the picture stay as they were
         camera = before.with_focal(stated.f_px, focal_rel_sd=stated.focal_rel_sd, source=camera.source)
-    draft.camera = CameraEstimate(camera, draft.camera.candidates, draft.camera.flags)
+    # What was doubtful about the old focal length is settled; that the new one is assumed is not.
+    assumed = tuple(flag for flag in estimate.flags if ASSUMED in flag)
+    draft.camera = CameraEstimate(
+        camera, draft.camera.candidates, (*assumed, *flags_beside_focal(draft.camera.flags)), lens=draft.camera.lens
+    )
     return True
 
 

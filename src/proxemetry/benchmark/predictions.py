@@ -198,7 +198,8 @@ def _vector(value: Any, length: int, where: str) -> FloatArray:
         raise LabelsError(f"{where}: {length} numbers are expected, not {json.dumps(value)[:40]}")
     items = cast("list[Any]", value)
     if not all(item is None or _is_number(item) for item in items):
-        raise LabelsError(f"{where}: {length} numbers are expected, not {json.dumps(value)[:40]}")
+        said = f"{length} numbers are expected, not {json.dumps(value)[:40]}; null is missing"
+        raise LabelsError(f"{where}: {said}")
     if any(item is None for item in items):
         return np.full(length, np.nan)
     return np.array(items, dtype=float)
@@ -213,7 +214,10 @@ def _pairs(rows: Any, count: int, values: int, where: str) -> list[FloatArray]:
         i, j, *numbers = cast("list[Any]", row)
         if not all(isinstance(n, int) and 0 <= n < count for n in (i, j)) or i == j:
             raise LabelsError(f"{where}, row {k}: two different people from 0 to {count - 1} are expected")
-        for matrix, number in zip(matrices, _vector(numbers, values, f"{where}, row {k}"), strict=True):
+        lengths = _vector(numbers, values, f"{where}, row {k}")
+        if (lengths < 0).any() or (np.diff(lengths) < 0).any():
+            raise LabelsError(f"{where}, row {k}: a distance is negative, or an interval's low end above its high end")
+        for matrix, number in zip(matrices, lengths, strict=True):
             matrix[i, j] = matrix[j, i] = number
     return matrices
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..errors import SettingsError
+from ..errors import LabelsError, SettingsError
 from . import seker2021, v1
 from .image_score import ImageScore
 from .labels import LabelImage, Labels, read_labels
@@ -111,15 +111,21 @@ class Score:
 
 
 def score(labels: Labels, predictions: Predictions, protocol: str = DEFAULT_PROTOCOL) -> Score:
-    """Score a method's answers; raises SettingsError for an unknown protocol.
+    """Score a method's answers; raises SettingsError for an unknown protocol, LabelsError where no photo is labelled.
 
-    Every labelled photo counts, answered or not. `labels` are taken as they are: `score_files` picks errata or none
-    as the protocol says.
+    Every labelled photo counts, answered or not; an empty list of answers is one too. `labels` are taken as they are:
+    `score_files` picks errata or none as the protocol says.
     """
     chosen = protocol_named(protocol)
     answers = [predictions.named(image.filename) for image in labels]
     images = tuple(chosen.score_image(image, answer) for image, answer in zip(labels, answers, strict=True))
     used = {id(answer) for answer in answers}
+    n_extra = sum(id(answer) not in used for answer in predictions)
+    if n_extra and n_extra == len(predictions.images):
+        raise LabelsError(
+            f"{predictions.source}: none of its {n_extra} photos is labelled: it names "
+            f"{predictions.images[0].filename}, the labels {next(iter(labels)).filename if len(labels) else 'nothing'}"
+        )
     return Score(
         protocol,
         labels.description,
@@ -127,7 +133,7 @@ def score(labels: Labels, predictions: Predictions, protocol: str = DEFAULT_PROT
         images,
         _summary(protocol, images, bootstrap=True),
         tuple(_groups(protocol, images)),
-        sum(id(answer) not in used for answer in predictions),
+        n_extra,
     )
 
 

@@ -23,8 +23,9 @@ HOW = """KORTE is 96 photographs of people at measured places. The photos and la
 3. Check the labels:        proxemetry score --check korte/labels
 4. Run and score:           proxemetry benchmark --images korte/photos --labels korte/labels --out korte/run
    The same command again goes on where it was stopped.
-5. The paper's tables:      proxemetry score korte/run/predictions_combined.json --labels korte/labels --table all
-                            --protocol seker2021
+5. The paper's tables:      proxemetry benchmark --images korte/photos --labels korte/labels --out korte/run
+                            --method scene,combined --protocol seker2021 --table all
+   korte/run/predictions_METHOD.json hold the answers, for `proxemetry score`.
 
 Without the photos the geometry alone can be tried on the annotated points, given each photo's focal length in
 korte/labels/focal_lengths.csv (columns filename,focal_length_mm):

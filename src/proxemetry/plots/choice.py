@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..distances import Distances
+from ..frame import SD_OF_90
 from ..scene import Scene
 
 FloatArray = NDArray[np.float64]
@@ -80,11 +81,11 @@ def headline(scene: Scene) -> str:
 
 
 def camera_text(scene: Scene) -> str:
-    """Return the focal length with its deviation and source, or that there is none."""
+    """Return the focal length with its source and, as everything in a figure, its 90 %; or that there is none."""
     camera = scene.camera.camera
     if camera is None:
         return "focal length unknown"
-    return f"focal length {camera.f_px:.0f} px ± {100 * camera.focal_rel_sd:.2g} % ({camera.source})"
+    return f"focal length {camera.f_px:.0f} px ± {100 * SD_OF_90 * camera.focal_rel_sd:.2g} % ({camera.source})"
 
 
 def footnote(scene: Scene, shown: list[tuple[int, int]]) -> str:
@@ -92,7 +93,7 @@ def footnote(scene: Scene, shown: list[tuple[int, int]]) -> str:
     known = scene.distances.below(math.inf)
     which = "all pairs" if len(shown) == known else f"nearest neighbours, {len(shown)} of {known} pairs"
     kind = "along the ground" if scene.distances.on_ground else "in space (gravity unknown)"
-    words = [f"Lines: {which}. Distance between body centres {kind} [90 % interval]."]
+    words = [f"Lines: {which}. Distance between body centres {kind} [90 % interval]."] if known else []
     reasons: dict[str, list[str]] = {}
     for person, reason in enumerate(scene.bodies.reasons):
         if reason:

@@ -15,6 +15,7 @@ from ..archive.grouping import UNKNOWN, sql_of
 from ..archive.parts import attached, quoted
 from ..archive.summary import Share
 from ..distances import ZONES
+from ..focal import ASSUMED
 
 FloatArray = NDArray[np.float64]
 
@@ -75,6 +76,8 @@ class Numbers:
     pairs: int
     corrected: int
     statuses: list[tuple[str, int]]
+    measured: int
+    assumed: int
     refusals: list[tuple[str, int]]
     unplaced: list[tuple[str, int]]
     focal_sources: list[tuple[str, int]]
@@ -105,6 +108,9 @@ def count(folder: Folder, group_by: str, n_sample: int, n_listed: int) -> Number
         return duck.execute(query).fetchone()
 
     photos, corrected = one("SELECT count(*), coalesce(sum(CAST(corrections > 0 AS INTEGER)), 0) FROM report_photos")
+    measured, assumed = one(
+        f"SELECT count(*), count(*) FILTER (contains(focal_source, '{ASSUMED}')) FROM report_photos WHERE status = 'ok'"
+    )
     (people,) = one("SELECT count(*) FROM report_people")
     pairs, on_ground = one(
         "SELECT count(*), coalesce(avg(CAST(on_ground AS DOUBLE)), 0) FROM report_pairs WHERE distance_m NOTNULL"
@@ -115,7 +121,9 @@ def count(folder: Folder, group_by: str, n_sample: int, n_listed: int) -> Number
         pairs=int(pairs),
         corrected=int(corrected),
         statuses=_counted(duck, "status", "report_photos"),
-        refusals=_counted(duck, _UNNAMED, "report_photos WHERE status != 'ok'"),
+        measured=int(measured),
+        assumed=int(assumed),
+        refusals=_counted(duck, _WHY, "report_photos WHERE status != 'ok'"),
         unplaced=_counted(duck, "reason", "report_people WHERE x_m IS NULL AND reason IS NOT NULL"),
         focal_sources=_counted(duck, "coalesce(focal_source, 'unknown')", "report_photos WHERE status != 'failed'"),
         flags=_counted(
@@ -142,8 +150,11 @@ SELECT photo, person, best.* FROM (
     WHERE distance_m IS NOT NULL GROUP BY photo, person)
 """
 
-# A reason begins with the photo's name or path; without it the same reasons are counted together.
-_UNNAMED = r"regexp_replace(reason, '^.*?' || regexp_escape(parse_filename(photo)) || ':?\s*', '')"
+# Without the photo's name, and without what to do about it and what else was tried, like reasons are counted together.
+_WHY = (
+    r"regexp_replace(CASE status WHEN 'no_camera' THEN split_part(reason, '; ', 1) ELSE reason END, "
+    r"'^.*?' || regexp_escape(parse_filename(photo)) || ':?\s*', '')"
+)
 
 # The same photos whenever the report is written, and not the first of the alphabet.
 _SAMPLE = "SELECT photo FROM report_photos WHERE n_pairs > 0 AND status = 'ok' ORDER BY md5(photo) LIMIT $n"

@@ -88,8 +88,18 @@ def _distances(numbers: Numbers) -> str:
         f"<section><h2>Distances</h2><p>Between body centres, {kind}; the gap between two bodies is about 0.25 m less. "
         "Brackets and the shaded band hold the central 90 %, reckoned over photos, because pairs in one photo are not "
         "independent. Each distance counts for a zone by its probability of lying in it.</p>"
-        f"{legend()}{_block('From each person to the nearest other', numbers.nearest)}"
+        f"{_on_assumptions(numbers)}{legend()}{_block('From each person to the nearest other', numbers.nearest)}"
         f"{_block('Between all pairs', numbers.every)}</section>"
+    )
+
+
+def _on_assumptions(numbers: Numbers) -> str:
+    if not numbers.assumed:
+        return ""
+    return (
+        f"<p><strong>In {numbers.assumed:,} of {_many(numbers.measured, 'measured photo', 'measured photos')} the "
+        "focal length is ASSUMED.</strong> Where one assumption for many photos is wrong, all their distances are wrong "
+        "the same way, and these brackets do not hold that.</p>"
     )
 
 

@@ -13,6 +13,7 @@ from ..archive.actions import Action
 from ..archive.edits import joints_to_click
 from ..archive.index import Summary
 from ..distances import ZONES
+from ..frame import SD_OF_90
 from ..plots.choice import UNPLACED_COLOUR, camera_text, colour_of, pairs_shown, text_on
 from ..plots.faces import heads_px
 from ..plots.geometry import anchors_px, ellipse, field_of_view, ground_positions
@@ -80,7 +81,7 @@ def _camera(scene: Scene) -> dict[str, Any]:
         "reason": scene.camera.reason,
         "flags": list(scene.camera.flags),
         "candidates": [
-            {"focal_px": number(c.focal_px, 1), "rel_sd": number(c.rel_sd), "source": c.source}
+            {"focal_px": number(c.focal_px, 1), "spread_pct": number(100 * SD_OF_90 * c.rel_sd, 1), "source": c.source}
             for c in scene.camera.candidates
         ],
         "view": None if camera is None else [numbers(v) for v in field_of_view(camera, scene.bodies.up)],

@@ -62,13 +62,15 @@ export class Panel {
   pairs() {
     const { pairs, on_ground: ground } = this.fields;
     if (!pairs.length) return html("p", { class: "hint", text: this.fields.reason ?? "There is no pair of people." });
+    const meaning = pairs.every((p) => p.distance_m === null) ? "No pair has a distance"
+      : `Between body centres, ${ground ? "along the ground" : "in space (gravity unknown)"}; 90 % intervals`;
     const rows = pairs.map((p) => this.row({ "data-pair": `${p.a}-${p.b}` }, { pair: `${p.a}-${p.b}` },
       html("th", { scope: "row" }, this.dot(p.a), " – ", this.dot(p.b)),
       html("td", { class: "num", text: p.distance_m === null ? "unknown" : metres(p.distance_m) }),
       html("td", { class: "num", text: p.low_m === null ? "" : metres(p.distance_m, p.low_m, p.high_m).replace(/^.*\[(.*)\]$/, "$1") }),
       html("td", { text: p.zone ?? "" }),
       html("td", { class: "num", text: p.group === null ? "" : p.group.toFixed(2) })));
-    return html("table", {}, html("caption", { class: "hint", text: `Between body centres, ${ground ? "along the ground" : "in space (gravity unknown)"}; 90 % intervals` }),
+    return html("table", {}, html("caption", { class: "hint", text: meaning }),
       html("thead", {}, html("tr", {}, ["Pair", "Distance", "Interval, m", "Zone", "Group"].map((text, k) =>
         html("th", { scope: "col", class: [1, 2, 4].includes(k) ? "num" : null, text })))),
       html("tbody", {}, rows));
@@ -79,7 +81,7 @@ export class Panel {
     const rows = this.fields.people.map((p) => this.row({ "data-person": p.number }, { person: p.number },
       html("th", { scope: "row" }, html("button", { type: "button", class: "plain", "aria-label": `Choose person ${p.number}`, onclick: () => this.on.choose(p.number) }, this.dot(p.number))),
       html("td", { class: "num", text: p.ground ? metres(p.ground[1]) : "" }),
-      html("td", { text: p.placed ? p.basis : p.reason ?? "no place" }),
+      html("td", { text: p.placed ? p.basis.replaceAll("+", ", ") : p.reason ?? "no place" }),
       html("td", { text: [SIZES[p.size] ?? p.size, p.off_floor && "off the floor"].filter(Boolean).join(", ") }),
       html("td", { class: "num", text: p.score === null ? "" : p.score.toFixed(2) })));
     return html("table", {},
@@ -99,9 +101,9 @@ export class Panel {
     return html("div", {},
       html("dl", {}, facts.filter(([, v]) => v).flatMap(([k, v]) => [html("dt", { text: k }), html("dd", { text: v })])),
       camera.flags.length > 0 && html("div", {}, html("strong", { text: "Doubtful" }), html("ul", {}, camera.flags.map((text) => html("li", { text })))),
-      camera.candidates.length > 0 && html("table", {}, html("caption", { class: "hint", text: "What could be known of the focal length" }),
+      camera.candidates.length > 0 && html("table", {}, html("caption", { class: "hint", text: "What could be known of the focal length, with its 90 %" }),
         html("tbody", {}, camera.candidates.map((c) => html("tr", {}, html("td", { class: "num", text: `${c.focal_px} px` }),
-          html("td", { class: "num", text: `± ${(100 * c.rel_sd).toFixed(1)} %` }), html("td", { text: c.source }))))),
+          html("td", { class: "num", text: `± ${c.spread_pct} %` }), html("td", { text: c.source }))))),
       html("p", {}, html("button", { type: "button", onclick: () => this.on.focal() }, "Set the focal length ", html("kbd", { text: "F" }))));
   }
 

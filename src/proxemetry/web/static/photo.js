@@ -99,8 +99,7 @@ export class PhotoView {
     } else if (this.joint) {
       content = [`Person ${this.joint.person}, ${this.joint.name.replaceAll("_", " ")}: move it by the arrow keys, Enter keeps it.`];
     } else if (fields.status !== "ok") {
-      const known = { no_camera: "There is no focal length, so no distances.", excluded: "" }[fields.status];
-      content = [`${known ?? ""} ${fields.reason ?? ""}`.trim()];
+      content = [fields.status === "no_camera" ? "The focal length is unknown, so there are no distances." : fields.reason ?? ""];
       if (fields.status === "no_camera") content.push(button("Set the focal length", () => this.focal(), true));
     }
     if (content) this.canvas.append(html("div", { class: "banner", role: "status" }, content));
