@@ -98,8 +98,8 @@ def _on_assumptions(numbers: Numbers) -> str:
         return ""
     return (
         f"<p><strong>In {numbers.assumed:,} of {_many(numbers.measured, 'measured photo', 'measured photos')} the "
-        "focal length is ASSUMED.</strong> Where one assumption for many photos is wrong, all their distances are wrong "
-        "the same way, and these brackets do not hold that.</p>"
+        "focal length is ASSUMED.</strong> Where one assumption for many photos is wrong, all their distances are "
+        "wrong the same way, and these brackets do not hold that.</p>"
     )
 
 
