@@ -31,7 +31,9 @@ from proxemetry.archive.work import Job, Measurer
 from proxemetry.photo import EXTENSIONS, Photo
 from proxemetry.pose import PoseOptions
 
-_ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
+_ONE_THREAD = dict.fromkeys(
+    ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OPENCV_FOR_THREADS_NUM"), "1"
+)
 
 
 def main() -> None:

@@ -170,6 +170,6 @@ def _sha256(item: Item) -> str:
 
 def quiet_threads(job: Job) -> Job:
     """Return the job with one thread a worker, and tell the numeric libraries of the processes started from here."""
-    for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
+    for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OPENCV_FOR_THREADS_NUM"):
         os.environ.setdefault(name, "1")
     return replace(job, options=replace(job.options, threads=1))
