@@ -22,7 +22,7 @@ from proxemetry import distances
 from proxemetry.bodies import Bodies
 from proxemetry.locate import LocateSettings, scenefit
 from proxemetry.locate.projection import N_LOCAL, N_SHARED, camera_axes, torso_position
-from proxemetry.locate.solver import Fit, Rows, SharedPrior, _evaluate
+from proxemetry.locate.solver import Fit, Rows, SharedPrior, evaluate
 
 FloatArray = NDArray[np.float64]
 
@@ -80,7 +80,7 @@ class Posterior:
 
     def __call__(self, y: FloatArray) -> tuple[float, FloatArray]:
         """Return the cost and its gradient."""
-        fit = _evaluate(self.rows, *self.unknowns(y), self.prior)
+        fit = evaluate(self.rows, *self.unknowns(y), self.prior)
         shared = fit.gradient[:, N_LOCAL:].sum(axis=0) + fit.shared_precision * (self.prior.mean - fit.shared)
         downhill = np.concatenate([fit.gradient[:, :N_LOCAL].ravel(), shared])
         return fit.cost, -self.root.T @ downhill

@@ -1,6 +1,6 @@
 """Several explanations of a person: standing or seated, facing this way or that, adult or child.
 
-The start ranks them; the solver refines each with the camera held; Laplace's approximation weighs them. What moves a
+The start ranks them; `alternatives` explains each; Laplace's approximation weighs them. What moves a
 person by less than its own uncertainty is folded into the covariance, what moves it further stays a mode of its own.
 """
 
@@ -13,11 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..anthropometry import Population, moments, populations
+from .alternatives import Explanations
 from .body_model import BodyModel
 from .body_tables import POSTURE_WEIGHTS
 from .evidence import Evidence
 from .projection import DEPTH, HEADING, LOG_LENGTHS, N_LOCAL, POINT, POSTURE, TURN, BodyTables
-from .solver import Explanations, Rows
+from .solver import Rows
 from .start import HEADINGS, Start
 
 FloatArray = NDArray[np.float64]

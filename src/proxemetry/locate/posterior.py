@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..bodies import Bodies, Floor, Mode
+from .alternatives import Explanations
 from .body_model import BodyModel
 from .evidence import Evidence
 from .projection import (
@@ -24,7 +25,7 @@ from .projection import (
     torso_jacobian,
     torso_position,
 )  # fmt: skip
-from .solver import Explanations, Fit, Rows, schur, solved
+from .solver import Fit, Rows, schur, solved
 
 FloatArray = NDArray[np.float64]
 

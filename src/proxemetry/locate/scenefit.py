@@ -14,12 +14,13 @@ from ..bodies import Bodies
 from ..camera import Camera
 from ..people import People
 from . import LocateSettings
+from .alternatives import Explanations, explain, explained, joined, others_of
 from .body_model import BodyModel, body_model
 from .evidence import Evidence, evidence_of
 from .hypotheses import Guesses, body_types, guesses_of, keypoint_precision, log_evidence, rows_of
 from .posterior import Placed, placed_people
 from .projection import DEPTH, FOCAL, HEIGHT, LOG_LENGTHS, N_SHARED, PITCH, PRINCIPAL, ROLL
-from .solver import Explanations, Fit, Rows, SharedPrior, approach, explain, explained, joined, others_of, solve
+from .solver import Fit, Rows, SharedPrior, approach, solve
 from .start import look
 
 FloatArray = NDArray[np.float64]

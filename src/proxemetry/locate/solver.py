@@ -112,45 +112,17 @@ class Fit:
         return float(self.row_cost.sum()) + self.shared_cost
 
 
-@dataclass(frozen=True, eq=False)
-class Explanations:
-    """R rows, each explained with the camera free to move as far as everybody else's evidence lets it.
-
-    local: shape (R, N_LOCAL). shared: shape (R, N_SHARED), the camera that each row would have. hessian: shape (R,
-    N_LOCAL + N_SHARED, N_LOCAL + N_SHARED), the row's own part; precision: the same with everybody else's knowledge of
-    the camera. cost: shape (R,), the negative log posterior.
-    """
-
-    local: FloatArray
-    shared: FloatArray
-    hessian: FloatArray
-    precision: FloatArray
-    cost: FloatArray
-
-
-@dataclass(frozen=True, eq=False)
-class Others:
-    """What everybody but one says of the camera, person by person: mean (P, N_SHARED), precision (P, S, S)."""
-
-    mean: FloatArray
-    precision: FloatArray
-
-    def taken(self, index: NDArray[np.intp]) -> Others:
-        """Return them row by row."""
-        return Others(self.mean[index], self.precision[index])
-
-
 def solve(rows: Rows, local: FloatArray, shared: FloatArray, prior: SharedPrior, *, iterations: int) -> Fit:
     """Return the best explanation found from a start (R, N_LOCAL), (N_SHARED,)."""
     best: Fit | None = None
     for _ in range(iterations):
-        fit = _evaluate(rows, local, shared, prior)
+        fit = evaluate(rows, local, shared, prior)
         best = fit if best is None or fit.cost <= best.cost else best
-        local_step, shared_step = _bounded(*_step(fit, prior))
+        local_step, shared_step = bounded(*_step(fit, prior))
         local, shared = local + local_step, shared + shared_step
         if max(np.abs(local_step[:, DEPTH]).max(initial=0.0), np.abs(shared_step).max()) < _SETTLED and best is fit:
             return _stepped(fit, local_step, shared_step, prior)
-    fit = _evaluate(rows, local, shared, prior)
+    fit = evaluate(rows, local, shared, prior)
     return fit if best is None or fit.cost <= best.cost else best
 
 
@@ -170,94 +142,25 @@ def approach(
 ) -> tuple[FloatArray, FloatArray]:
     """Return local and shared unknowns some steps nearer to an explanation, for another search to begin at."""
     for _ in range(iterations):
-        local_step, shared_step = _bounded(*_step(_evaluate(rows, local, shared, prior), prior))
+        local_step, shared_step = bounded(*_step(evaluate(rows, local, shared, prior), prior))
         local, shared = local + local_step, shared + shared_step
     return local, shared
 
 
-def others_of(fit: Fit, prior: SharedPrior) -> Others:
-    """Return what everybody else says of the camera, for each of the fit's rows: Gaussian, about the fit."""
-    own, cross = fit.hessian[:, :N_LOCAL, :N_LOCAL], fit.hessian[:, :N_LOCAL, N_LOCAL:]
-    answer = solved(own, np.concatenate([cross, fit.gradient[:, :N_LOCAL, None]], axis=2))
-    crossed = cross.transpose(0, 2, 1) @ answer
-    matrix = fit.hessian[:, N_LOCAL:, N_LOCAL:] - crossed[..., :N_SHARED]
-    pull = fit.gradient[:, N_LOCAL:] - crossed[..., N_SHARED]
-    precision = matrix.sum(axis=0) - matrix + np.diag(fit.shared_precision)
-    total = pull.sum(axis=0) - pull + fit.shared_precision * (prior.mean - fit.shared)
-    return Others(fit.shared + solved(precision, total[..., None])[..., 0], precision)
-
-
-def explained(fit: Fit, others: Others) -> Explanations:
-    """Return the fit's rows as explanations of their own, the camera being the fit's; `others` row by row."""
-    shared = np.broadcast_to(fit.shared, (len(fit.local), N_SHARED))
-    return _explanation(fit.local, shared, fit.hessian, fit.row_cost, others)[0]
-
-
-def explain(rows: Rows, local: FloatArray, shared: FloatArray, others: Others, *, iterations: int) -> Explanations:
-    """Return rows' best explanations from a start (R, N_LOCAL), (R, N_SHARED), each for itself; `others` row by row."""
-    best: Explanations | None = None
-    for iteration in range(iterations + 1):
-        hessian, gradient, cost, _, _ = _evaluate_rows(rows, local, shared)
-        here, pull = _explanation(local, shared, hessian, cost, others)
-        best = here if best is None else _better(best, here)
-        if iteration < iterations:
-            gradient[:, N_LOCAL:] += pull
-            step = solved(_damped(here.precision), gradient[..., None])[..., 0]
-            local_step, shared_step = _bounded(step[:, :N_LOCAL], step[:, N_LOCAL:])
-            local, shared = local + local_step, shared + shared_step
-    assert best is not None
-    return best
-
-
-def _explanation(
-    local: FloatArray, shared: FloatArray, hessian: FloatArray, cost: FloatArray, others: Others
-) -> tuple[Explanations, FloatArray]:
-    """Return rows with what the others know of the camera, and how that pulls at it (R, N_SHARED)."""
-    off = others.mean - shared
-    pull = (others.precision @ off[..., None])[..., 0]
-    precision = hessian.copy()
-    precision[:, N_LOCAL:, N_LOCAL:] += others.precision
-    return Explanations(local, shared, hessian, precision, cost + 0.5 * (off * pull).sum(axis=1)), pull
-
-
-def joined(own: NDArray[np.intp], a: Explanations, others: NDArray[np.intp], b: Explanations) -> Explanations:
-    """Return explanations `a` at the rows `own` and `b` at the rows `others`."""
-    order = np.argsort(np.concatenate([own, others]))
-    return Explanations(*(
-        np.concatenate([x, y])[order]
-        for x, y in ((a.local, b.local), (a.shared, b.shared), (a.hessian, b.hessian), (a.precision, b.precision),
-                     (a.cost, b.cost))
-    ))  # fmt: skip
-
-
-def _bounded(local_step: FloatArray, shared_step: FloatArray) -> tuple[FloatArray, FloatArray]:
+def bounded(local_step: FloatArray, shared_step: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return steps of local and shared unknowns no longer than the model's linearity carries."""
     return np.clip(local_step, -_LOCAL_STEP, _LOCAL_STEP), np.clip(shared_step, -_SHARED_STEP, _SHARED_STEP)
 
 
-def _better(a: Explanations, b: Explanations) -> Explanations:
-    """Return the better of two explanations row by row."""
-    keep = a.cost < b.cost
-    if not keep.any():
-        return b
-
-    def mixed(x: FloatArray, y: FloatArray) -> FloatArray:
-        return np.where(keep.reshape(-1, *([1] * (x.ndim - 1))), x, y)
-
-    return Explanations(
-        mixed(a.local, b.local), mixed(a.shared, b.shared), mixed(a.hessian, b.hessian),
-        mixed(a.precision, b.precision), mixed(a.cost, b.cost),
-    )  # fmt: skip
-
-
-def _evaluate(rows: Rows, local: FloatArray, shared: FloatArray, prior: SharedPrior) -> Fit:
+def evaluate(rows: Rows, local: FloatArray, shared: FloatArray, prior: SharedPrior) -> Fit:
     """Return the fit at this point."""
-    hessian, gradient, cost, weights, floor_weight = _evaluate_rows(rows, local, shared)
+    hessian, gradient, cost, weights, floor_weight = evaluate_rows(rows, local, shared)
     return Fit(
         local, shared, hessian, gradient, prior.weights(shared), cost, prior.cost(shared), weights, floor_weight
     )  # fmt: skip
 
 
-def _evaluate_rows(
+def evaluate_rows(
     rows: Rows, local: FloatArray, shared: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]:
     """Return hessian, gradient, cost, keypoint and floor weights of each row, without what is known of the camera."""
@@ -289,7 +192,7 @@ def _evaluate_rows(
     return hessian, gradient, cost, weights, floor_weight
 
 
-def _damped(matrix: FloatArray) -> FloatArray:
+def damped(matrix: FloatArray) -> FloatArray:
     """Return normal equations whose local unknowns can all be solved for, whatever was seen."""
     result, index = matrix.copy(), np.arange(N_LOCAL)
     result[:, index, index] += 1e-6 * result[:, index, index] + 1e-9
@@ -297,7 +200,7 @@ def _damped(matrix: FloatArray) -> FloatArray:
 
 
 def _step(fit: Fit, prior: SharedPrior) -> tuple[FloatArray, FloatArray]:
-    own, gradient = _damped(fit.hessian[:, :N_LOCAL, :N_LOCAL]), fit.gradient
+    own, gradient = damped(fit.hessian[:, :N_LOCAL, :N_LOCAL]), fit.gradient
     cross = fit.hessian[:, :N_LOCAL, N_LOCAL:]
     answer = solved(own, np.concatenate([cross, gradient[:, :N_LOCAL, None]], axis=2))
     by_shared, alone = answer[..., :N_SHARED], answer[..., N_SHARED]
