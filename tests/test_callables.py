@@ -64,6 +64,14 @@ def test_every_librarys_answer_is_the_same_people(kind):
         np.testing.assert_array_equal(people.person_scores, [0.7, 0.6])
 
 
+def test_what_supervision_calls_invisible_is_missing():
+    visible = np.ones((2, 17), dtype=bool)
+    visible[1, 3] = False
+    for scores in (SCORES, None):
+        people = people_from(SimpleNamespace(xy=XY, keypoint_confidence=scores, visible=visible))
+        np.testing.assert_array_equal(np.isfinite(people.keypoints_px).all(axis=-1), visible)
+
+
 def test_zero_zero_is_missing():
     points = XY.copy()
     points[0, 3] = 0

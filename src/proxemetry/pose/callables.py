@@ -100,8 +100,11 @@ def _arrays(answer: object, origin: str) -> tuple[FloatArray, FloatArray | None,
             raise KeypointsError(f"{origin}: the result has boxes but no keypoints; use a pose model")
         return _array(points.xy), _optional(points, "conf"), _optional(boxes, "xyxy"), _optional(boxes, "conf")
     if hasattr(answer, "xy"):  # supervision: KeyPoints, older and newer spelling
-        scores = _optional(answer, "keypoint_confidence")
-        scores = _optional(answer, "confidence") if scores is None else scores
+        newer = hasattr(answer, "keypoint_confidence")  # the older name warns there before it goes
+        scores = _optional(answer, "keypoint_confidence" if newer else "confidence")
+        visible = _optional(answer, "visible")  # what its user has filtered out
+        if visible is not None:
+            scores = visible if scores is None else scores * visible
         return _array(answer.xy), scores, None, _optional(answer, "detection_confidence")  # type: ignore[attr-defined]
     if isinstance(answer, (tuple, list)) and len(answer) == 2 and np.ndim(_array(answer[0])) == 3:
         return _array(answer[0]), _array(answer[1]), None, None
