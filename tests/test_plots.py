@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from matplotlib.figure import Figure
 from PIL import Image
 
 from proxemetry import plots
@@ -22,6 +23,7 @@ from proxemetry.photo import Photo
 from proxemetry.plots.choice import PERSON_COLOURS, footnote, metres_text, pairs_shown, text_on
 from proxemetry.plots.faces import heads_px, pixelated
 from proxemetry.plots.geometry import CHI2_90, ground_positions
+from proxemetry.plots.lettering import draw_badges, to_points
 from proxemetry.plots.placement import along
 from proxemetry.plots.placement import place as place_labels
 from proxemetry.scene import Scene
@@ -126,6 +128,18 @@ def test_a_photo_without_camera_or_people_still_gives_a_figure(tmp_path: Path) -
     for value in (scene, unknown, Scene.failed("broken.jpg", "truncated")):
         plots.save(plots.overlay(value, None), tmp_path / "figure.png")
         assert "Distance between" not in footnote(value, [])  # there is no line that would mean one
+
+
+def test_a_number_beside_its_place_has_a_dot_at_the_place() -> None:
+    axes = Figure(figsize=(4, 4)).subplots()
+    axes.set(xlim=(0, 10), ylim=(0, 10))
+    middle = to_points(axes, np.array([[5.0, 5.0], [5.1, 5.0]]))
+    spots = [np.stack([point, point + (30, 0)]) for point in middle]
+    draw_badges(axes, spots, [0, 1], ["#0072B2", "#E69F00"], with_dots=True)
+    small, *discs = sorted(axes.collections, key=lambda c: float(c.get_sizes()[0]))
+    assert len(discs) == 2
+    assert np.asarray(small.get_offsets())[0] == pytest.approx([5.1, 5.0])  # the second number gave way to the first
+    assert max(float(np.asarray(c.get_offsets())[0, 0]) for c in discs) > 5.5
 
 
 def test_intervals_are_part_of_every_number() -> None:

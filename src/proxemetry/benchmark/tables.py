@@ -32,6 +32,7 @@ TABLES = {
     "f1": "F1 of 'nearer than ...', over scored pairs",
 }
 _PAPER_WIDTH_PX = 4160  # the paper counts 16 photos of outdoor C2: those of the camera with files of this width
+_PUBLISHED_UNDER = "seker2021"
 _REFERENCE = "combined"  # the published method to hold others against
 _NAN = float("nan")
 
@@ -154,6 +155,8 @@ def make_table(name: str, scores: Mapping[str, Score]) -> Table:
     methods = tuple(dict.fromkeys((*scores, _REFERENCE)))
     first = next(iter(scores.values()))
     caption = first.caption if len(scores) == 1 else f"protocol {first.protocol}; labels {first.labels}"
+    if first.protocol != _PUBLISHED_UNDER:
+        caption += f"; published figures: protocol {_PUBLISHED_UNDER}"
     return Table(name, header, quantity, caption, methods, tuple(rows))
 
 

@@ -53,10 +53,13 @@ def badge_radius_pt(count: int) -> float:
     return 0.95 * _BADGE_PT[count > _MANY]
 
 
-def draw_badges(axes: Axes, spots: list[FloatArray], numbers: list[int], colours: list[str]) -> FloatArray:
+def draw_badges(
+    axes: Axes, spots: list[FloatArray], numbers: list[int], colours: list[str], *, with_dots: bool = False
+) -> FloatArray:
     """Draw each person's number in a disc at its first free spot; return the discs' boxes in points, shape (n, 4).
 
-    spots: per person candidates in points, shape (c, 2); a disc that had to leave the first gets a line to it.
+    spots: per person candidates in points, shape (c, 2); a disc that had to leave the first gets a line to it, and
+    with_dots a dot there: a number beside its place must not be taken for the place.
     """
     if not spots:
         return _NOTHING
@@ -68,6 +71,11 @@ def draw_badges(axes: Axes, spots: list[FloatArray], numbers: list[int], colours
             continue
         if np.linalg.norm(options[0] - centre) > 1.3 * radius:
             _leader(axes, centre, options[0])
+        if with_dots and np.linalg.norm(options[0] - centre) > 0.5:
+            axes.scatter(
+                *_to_data(axes, options[0])[0], s=(0.6 * radius) ** 2, color=colour, edgecolors="#000000",
+                linewidths=0.8, zorder=6.2,
+            )  # fmt: skip
         x, y = _to_data(axes, centre)[0]
         axes.scatter(x, y, s=(2 * radius) ** 2, color=colour, edgecolors="#000000", linewidths=0.8, zorder=6)
         axes.text(

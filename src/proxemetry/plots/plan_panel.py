@@ -46,7 +46,7 @@ def draw_plan(axes: Axes, scene: Scene, shown: list[tuple[int, int]]) -> None:
     points = to_points(axes, positions)
     reach = 2 * badge_radius_pt(len(placed))
     spots = [np.concatenate([points[[i]], around(points[i], reach, 3.0)]) for i in placed]
-    taken = draw_badges(axes, spots, placed, [colour_of(i) for i in placed])
+    taken = draw_badges(axes, spots, placed, [colour_of(i) for i in placed], with_dots=True)
     texts = [metres_text(float(scene.distances_m[a, b])) for a, b in shown]
     draw_pair_labels(axes, [(points[a], points[b]) for a, b in shown], texts, taken, np.zeros((0, 4)))
 

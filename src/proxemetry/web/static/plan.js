@@ -75,7 +75,7 @@ export class Plan {
     const group = svg("g", { "aria-hidden": "true" });
     for (let x = Math.ceil(x0 / step) * step; (x - x0) * scale < width; x += step) {
       const u = (x - x0) * scale;
-      group.append(svg("line", { class: "grid", x1: u, y1: 0, x2: u, y2: height }), svg("text", { class: "gridtext", x: u + 2, y: height - 3, text: x }));
+      group.append(svg("line", { class: "grid", x1: u, y1: 0, x2: u, y2: height }), u < 18 ? "" : svg("text", { class: "gridtext", x: u + 2, y: height - 3, text: x }));
     }
     for (let y = Math.ceil(y0 / step) * step; (y - y0) * scale < height; y += step) {
       const v = height - (y - y0) * scale;
