@@ -178,6 +178,20 @@ def test_every_field_belongs_to_one_limb() -> None:
     assert sorted(channel for _, _, channel in LIMBS) == list(range(0, 52, 2))
 
 
+def test_limbs_and_fields_are_openposes() -> None:
+    """The lists of poseParameters.cpp for BODY_25, as it has them: pairs of joints, and each pair's x and y."""
+    pairs = (
+        "1,8 1,2 1,5 2,3 3,4 5,6 6,7 8,9 9,10 10,11 8,12 12,13 13,14 1,0 0,15 15,17 0,16 16,18 2,17 5,18 "
+        "14,19 19,20 14,21 11,22 22,23 11,24"
+    )
+    fields = (
+        "0,1 14,15 22,23 16,17 18,19 24,25 26,27 6,7 2,3 4,5 8,9 10,11 12,13 30,31 32,33 36,37 34,35 38,39 20,21 28,29 "
+        "40,41 42,43 44,45 46,47 48,49 50,51"
+    )
+    ours = [f"{a},{b}" for a, b, _ in LIMBS], [f"{x},{x + 1}" for _, _, x in LIMBS]
+    assert ours == (pairs.split(), fields.split())
+
+
 # The networks ------------------------------------------------------------------------------------------------------
 
 

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from proxemetry.camera import Camera
 from proxemetry.errors import KeypointsError, SettingsError
 from proxemetry.people import People
-from proxemetry.skeleton import BODY_25, COCO_17, SKELETONS, skeleton_named
+from proxemetry.skeleton import BODY_25, COCO_17, HALPE_26, SKELETONS, skeleton_named
 
 CAMERA = Camera.centred(1000, 1200, 900)
 
@@ -18,6 +18,13 @@ CAMERA = Camera.centred(1000, 1200, 900)
 def test_every_skeleton_has_distinct_joints_and_mirrors_twice_to_itself(skeleton):
     assert len(set(skeleton.joints)) == len(skeleton)
     assert [skeleton.mirror[i] for i in skeleton.mirror] == list(range(len(skeleton)))
+
+
+def test_halpes_joints_behind_cocos_are_in_mmposes_order():
+    assert HALPE_26.joints[:17] == COCO_17.joints
+    assert [HALPE_26.index(joint) for joint in ("head_top", "neck", "mid_hip")] == [17, 18, 19]
+    feet = [f"{side}_{part}" for part in ("big_toe", "small_toe", "heel") for side in ("left", "right")]
+    assert list(HALPE_26.joints[20:]) == feet
 
 
 @pytest.mark.parametrize("spelling", ["COCO-17", "coco_17", "coco17"])
