@@ -24,9 +24,8 @@ from pathlib import Path
 from recorded_archive import name_of, write_keypoints
 
 from proxemetry.archive import manifest, newcomers, parts
-from proxemetry.archive.folder import Folder
+from proxemetry.archive.folder import RUN_FILE, Folder
 from proxemetry.archive.photos import find_photos
-from proxemetry.archive.results import RUN_FILE
 from proxemetry.archive.run import run
 from proxemetry.archive.schedule import Progress
 from proxemetry.archive.work import Job

@@ -89,9 +89,6 @@ def show_review(page: Page, results: str) -> None:
         keep(page, "review-linked")
         page.keyboard.press("f")
         keep(page, "review-focal")
-        page.keyboard.press("Escape")
-        page.keyboard.press("?")
-        keep(page, "review-keys")
     store = DropStore()
     with served(Review(store, "ada")) as (origin, token):
         page.goto(f"{origin}/?token={token}")

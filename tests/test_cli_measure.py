@@ -214,6 +214,8 @@ def test_overlays_lie_beside_the_tables(measure, tmp_path):
     code, _, _ = measure(tmp_path, "--overlays", out=tmp_path / "out")  # the overlays are no photos of the archive
     assert code == 0
     assert len(table(tmp_path / "out", "photos")) == 1
+    assert measure(tmp_path, out=tmp_path / "another")[0] == 0  # nor those of another one
+    assert len(table(tmp_path / "another", "photos")) == 1
 
 
 def test_the_command_as_it_is_typed(tmp_path):

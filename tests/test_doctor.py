@@ -47,6 +47,14 @@ def test_a_table_can_be_tried(photos: Path, tmp_path: Path, capsys: pytest.Captu
     assert f"{50 * 3000 / 36:.0f} px" in capsys.readouterr().out
 
 
+def test_a_row_that_fits_no_photo_is_named(photos: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    table = tmp_path / "cameras.csv"
+    table.write_text("photo,focal_35mm\nrolls/*,50\nroll/*,35\n")
+    assert main(["doctor", str(photos), "--camera-table", str(table)]) == 0
+    out = capsys.readouterr().out
+    assert "line 2 is used for none of these photos" in out and "line 3" not in out.replace("table line 3", "")
+
+
 def test_exit_codes(photos: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     broken = photos / "broken.jpg"
     broken.write_bytes(b"no photo")

@@ -79,11 +79,7 @@ def estimate_camera(photo: Photo, request: FocalRequest | None = None) -> Camera
     The estimate's camera is None, with the reason, where neither the photo nor the request tells a focal length.
     """
     request = request or FocalRequest()
-    row = (
-        request.camera_table.row_for(photo.name, photo.metadata.make, photo.metadata.model)
-        if request.camera_table
-        else None
-    )
+    row = row_of(photo, request.camera_table) if request.camera_table else None
     frame = frame_of(photo.width, photo.height, photo.metadata)
     candidates = _settle_zoom(photo, tuple(_candidates(photo, request, row, frame)))
     flags = photo.metadata.remarks
@@ -110,6 +106,11 @@ def estimate_camera(photo: Photo, request: FocalRequest | None = None) -> Camera
     if not chosen.source.startswith(_STATED):  # what is wrong with the metadata is no matter where nobody uses them
         doubts = [*flags, *doubts]
     return CameraEstimate(camera, candidates, (*doubts, *([doubt] if doubt else [])), lens=lens)
+
+
+def row_of(photo: Photo, table: CameraTable) -> CameraRow | None:
+    """Return the row of a camera table that speaks of a photo, None where none does."""
+    return table.row_for(photo.name, photo.metadata.make, photo.metadata.model)
 
 
 def flags_beside_focal(flags: tuple[str, ...]) -> tuple[str, ...]:

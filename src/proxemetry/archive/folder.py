@@ -13,6 +13,9 @@ from typing import Any
 
 from ..errors import OutputError, SettingsError
 
+#: In a results folder: what the run was, which tells that it is one, and the drawings, which are no photos.
+RUN_FILE, OVERLAYS = "run.json", "overlays"
+
 #: Stores whose upload is atomic: an object is there whole or not at all.
 _OBJECT_STORES = {"s3", "s3a", "gs", "gcs", "az", "abfs", "abfss", "oss", "memory"}
 _TEMPORARY = ".tmp"

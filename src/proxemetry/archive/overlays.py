@@ -14,8 +14,8 @@ from pathlib import Path
 from ..errors import PhotoError, SettingsError
 from ..photo import Photo
 from ..scene import Scene
-from .folder import is_url
-from .results import OVERLAYS, Results
+from .folder import OVERLAYS, is_url
+from .results import Results
 
 _BATCH = 16
 

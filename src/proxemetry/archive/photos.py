@@ -12,7 +12,7 @@ from typing import Any
 
 from ..errors import SettingsError
 from ..photo import EXTENSIONS
-from .folder import is_url, local_path, open_filesystem
+from .folder import OVERLAYS, RUN_FILE, is_url, local_path, open_filesystem
 
 _ESCAPED = re.compile(rb"\\x([89a-f][0-9a-f])")
 _ENDINGS = frozenset(ending[1:] for ending in EXTENSIONS)
@@ -148,7 +148,7 @@ def _fixed_part(pattern: str) -> str:
 
 
 def _files(folder: str, without: str = "", stop: Callable[[], bool] = lambda: False) -> Iterator[str]:
-    """Yield the photos in a folder and below, hidden ones left out."""
+    """Yield the photos in a folder and below; hidden ones are left out, and what earlier runs drew of others."""
     if "://" in folder:
         filesystem: Any = open_filesystem(folder)
         yield from (f for f in filesystem.find(filesystem._strip_protocol(folder)) if f.lower().endswith(EXTENSIONS))
@@ -169,7 +169,9 @@ def _files(folder: str, without: str = "", stop: Callable[[], bool] = lambda: Fa
                 continue
             if name.rpartition(".")[2].lower() in _ENDINGS and not entry.is_dir():
                 yield prefix + name
-            elif entry.is_dir(follow_symlinks=False):  # a link may lead back here
+            elif entry.is_dir(follow_symlinks=False) and not (  # a link may lead back here
+                name == OVERLAYS and os.path.isfile(prefix + RUN_FILE)
+            ):
                 open_folders.append(prefix + name)
 
 

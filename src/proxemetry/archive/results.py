@@ -19,11 +19,10 @@ from ..tables import TABLES, codebook_csv, safe_distance_columns
 from . import manifest, parts
 from .corrections import FILE as LOG_FILE
 from .corrections import corrected_scenes, digest
-from .folder import Folder, is_url
+from .folder import OVERLAYS, RUN_FILE, Folder, is_url
 from .identity import SETTINGS_SHA256
 from .parts import attached, quoted, record_of, structure
 
-RUN_FILE, OVERLAYS = "run.json", "overlays"
 TABLE_FORMATS = ("csv", "parquet")
 
 #: Key of the Parquet tables' metadata that says of which state of the results they were made.

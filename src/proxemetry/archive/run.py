@@ -15,13 +15,13 @@ from ..people import PoseBackend
 from ..pose import backend_named
 from . import manifest, parts
 from .crew import Crew, OwnProcess
-from .folder import Folder, is_url
+from .folder import OVERLAYS, RUN_FILE, Folder, is_url
 from .identity import Identity, require_same
 from .manifest import Manifest
 from .newcomers import Newcomers
 from .parts import Counts
 from .photos import Search, search
-from .results import OVERLAYS, RUN_FILE, Results, forget, write_run
+from .results import Results, forget, write_run
 from .schedule import Progress, Schedule
 from .work import Job
 

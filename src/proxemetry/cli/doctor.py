@@ -11,7 +11,7 @@ import sys
 from ..archive.photos import find_photos
 from ..camera import CameraEstimate
 from ..errors import PhotoError
-from ..focal import estimate_camera
+from ..focal import estimate_camera, row_of
 from ..frame import SD_OF_90
 from ..photo import Photo
 from . import DONE, NOTHING_DONE, SOME_FAILED, installation
@@ -46,6 +46,7 @@ def run(args: argparse.Namespace) -> int:
         return DONE
     request, listing = focal_request(args), find_photos(args.paths)
     known, doubtful, unknown, failed = 0, 0, 0, 0
+    spare = {row.line for row in request.camera_table.rows} if request.camera_table else set[int]()
     for name in listing.names:
         try:
             photo = Photo.open(listing.location(name), name)
@@ -54,11 +55,15 @@ def run(args: argparse.Namespace) -> int:
             print(f"{name}: cannot be read\n  {str(error).removeprefix(f'{listing.location(name)}: ')}")
             continue
         estimate = estimate_camera(photo, request)
+        if request.camera_table and (row := row_of(photo, request.camera_table)):
+            spare.discard(row.line)
         known += estimate.camera is not None
         unknown += estimate.camera is None
         doubtful += estimate.camera is not None and bool(estimate.flags)
         if not args.missing or estimate.camera is None or estimate.flags:
             print("\n".join(lines_of(photo, estimate)))
+    for line in sorted(spare):
+        print(f"{args.camera_table}: line {line} is used for none of these photos")
     if unknown:
         print(f"\n{WHAT_TO_STATE}\n")
     print(

@@ -38,8 +38,6 @@ class Query:
             raise SettingsError(f"gallery: show is one of {', '.join(FILTERS)}, sort one of {', '.join(SORTS)}")
 
 
-Marked = tuple[Summary, frozenset[str]]
-
 #: Filter -> whether a photo with these marks (actions in force) belongs to it.
 FILTERS: dict[str, Callable[[Summary, frozenset[str]], bool]] = {
     "all": lambda s, m: True,

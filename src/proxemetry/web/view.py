@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from ..archive.actions import Action
 from ..archive.edits import joints_to_click
 from ..archive.index import Summary
-from ..distances import ZONES
 from ..frame import SD_OF_90
 from ..plots.choice import UNPLACED_COLOUR, camera_text, colour_of, pairs_shown, text_on
 from ..plots.faces import heads_px
@@ -155,7 +154,3 @@ def _pairs(scene: Scene) -> list[dict[str, Any]]:
 def _history(action: Action) -> dict[str, Any]:
     details = {k: v for k, v in action.value.items() if k not in ("box", "joints")}
     return {"number": action.number, "time": action.time, "who": action.who, "action": action.action, **details}
-
-
-#: Zone names in order, for the page's legend.
-ZONE_NAMES = ZONES
