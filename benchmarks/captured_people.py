@@ -108,6 +108,7 @@ def main() -> None:
     parser.add_argument("poses", type=Path)
     parser.add_argument("--noise", type=float, default=1.0)
     parser.add_argument("--every", type=int, default=10)
+    parser.add_argument("--body-size", default=LocateSettings().body_size)
     args = parser.parse_args()
     rng = np.random.default_rng(0)
     tallies = {method: Tally() for method in METHODS}
@@ -120,7 +121,7 @@ def main() -> None:
             truth = np.linalg.norm((middle[:, None] - middle)[..., [0, 2]], axis=-1)
             true_depth = view.seen(middle)[:, 2]
             for method, tally in tallies.items():
-                bodies = method_named(method)(people, view.camera, LocateSettings())
+                bodies = method_named(method)(people, view.camera, LocateSettings(body_size=args.body_size))
                 answer = measure_distances(bodies)
                 tally.pairs += [
                     (truth[p], answer.distance_m[p], answer.low_m[p], answer.high_m[p]) for p in answer.pairs()

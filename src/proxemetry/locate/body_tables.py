@@ -31,8 +31,8 @@ LATENTS = (
 #: legs, or than on a chair of mean height; "slump" how much shorter a bent back is, "head_down" a bent neck. Standing:
 #: the spread of 2,502 upright frames of motion capture (mocap.cs.cmu.edu, subjects 1 to 3); seated: six people at work
 #: (CMU Panoptic), rounded, with ergonomists' chairs, 38 to 50 cm high, and their 40 mm for a slumped back (Pheasant,
-#: Bodyspace); the others by judgement: saddles set by the usual rule (0.88 of the inseam above the crank), stooping over
-#: a table or to the ground, flat on floor or bed.
+#: Bodyspace); the others by judgement: saddles set by the usual rule (0.88 of the inseam above the crank), stooping
+#: over a table or to the ground, flat on floor or bed.
 LATENT_PRIORS: dict[str, tuple[tuple[float, float], ...]] = {
     "standing": (
         (0.02, 0.12), (0.0, 0.07), (0.10, 0.30), (0.020, 0.022), (0.006, 0.010),
@@ -44,7 +44,7 @@ LATENT_PRIORS: dict[str, tuple[tuple[float, float], ...]] = {
         (0.05, 0.20), (0.0, 0.09), (0.15, 0.33), (0.035, 0.030), (0.015, 0.018),
         (0.0, 0.09), (0.0, 0.060), (0.0, 0.040),
         (0.0, 0.09), (0.0, 0.060), (0.0, 0.040),
-        (0.0, 0.030), (0.024, 0.022),
+        (0.0, 0.030), (0.020, 0.022),
     ),
     "squatting": (
         (0.0, 0.25), (0.0, 0.09), (0.10, 0.30), (0.020, 0.025), (0.010, 0.015),
