@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from types import SimpleNamespace
 
 import numpy as np
@@ -117,3 +118,15 @@ def test_a_function_by_name(tmp_path, monkeypatch):
     for wrong in ("python:my_detector:absent", "python:no_such_module:find", "python:my_detector:number", "python"):
         with pytest.raises(SettingsError):
             backend_named(wrong)
+
+
+def test_a_function_in_the_current_folder_is_found(tmp_path, monkeypatch):
+    monkeypatch.setattr(sys, "path", [p for p in sys.path if p])  # as an installed command has it
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "detector_right_here.py").write_text(
+        "import numpy as np\ndef find(pixels): return np.ones((1, 17, 3))\n"
+    )
+    (tmp_path / "json.py").write_text("raise RuntimeError")
+    backend = backend_named("python:detector_right_here:find")
+    assert len(backend.detect(Photo.from_array(np.zeros((8, 8, 3), np.uint8)))) == 1
+    assert sys.path[-1] == str(tmp_path)  # last: no file there takes a package's place

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import importlib
+import sys
 from collections.abc import Callable, Mapping
+from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
@@ -48,8 +50,14 @@ class CallableBackend:
 
 
 def open_backend(argument: str, options: PoseOptions) -> CallableBackend:
-    """Return the back end of `python:MODULE:FUNCTION`; raises SettingsError where there is no such function."""
+    """Return the back end of `python:MODULE:FUNCTION`; raises SettingsError where there is no such function.
+
+    The module may lie in the current folder, which an installed command does not look into by itself; it comes last,
+    so that no file there takes the place of a package.
+    """
     module, _, attribute = argument.partition(":")
+    if (here := str(Path.cwd())) not in sys.path:
+        sys.path.append(here)
     try:
         function = getattr(importlib.import_module(module), attribute)
     except (ImportError, AttributeError, ValueError) as error:
