@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import csv
 import errno
+import json
 import os
 import random
 import shutil
@@ -317,7 +318,7 @@ def test_parts_say_what_made_them(tmp_path):
     assert found["proxemetry_version"] == proxemetry.__version__
     assert len(found["proxemetry_settings_sha256"]) == 64
     assert TWO_PEOPLE in found["proxemetry_settings"]
-    assert found["proxemetry_models"] == "{}"
+    assert list(json.loads(found["proxemetry_models"])) == ["small_photos.py"]  # the file that the function is in
     (tmp_path / "out" / "run.json").unlink()  # the parts alone still refuse
     with pytest.raises(OutputError, match="two_people"):
         run([str(photos)], job(tmp_path / "out", "broken_at_seven"), jobs=0)

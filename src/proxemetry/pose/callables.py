@@ -16,6 +16,7 @@ from ..errors import KeypointsError, SettingsError
 from ..people import People
 from ..photo import Photo
 from ..skeleton import BLAZEPOSE_33, BODY_25, COCO_17, HALPE_26, Skeleton
+from ..weights import sha256_of
 from . import PoseOptions
 
 FloatArray = NDArray[np.float64]
@@ -59,12 +60,17 @@ def open_backend(argument: str, options: PoseOptions) -> CallableBackend:
     if (here := str(Path.cwd())) not in sys.path:
         sys.path.append(here)
     try:
-        function = getattr(importlib.import_module(module), attribute)
+        found = importlib.import_module(module)
+        function = getattr(found, attribute)
     except (ImportError, AttributeError, ValueError) as error:
         raise SettingsError(f"--pose python:{argument}: {error}; write python:MODULE:FUNCTION") from error
     if not callable(function):
         raise SettingsError(f"--pose python:{argument}: it is not a function")
-    return CallableBackend(function, name=f"python:{argument}")
+    backend = CallableBackend(function, name=f"python:{argument}")
+    file = getattr(found, "__file__", None)
+    if file:  # a run must not go on with what is another function by now
+        backend.models = MappingProxyType({Path(file).name: sha256_of(Path(file))})
+    return backend
 
 
 def people_from(answer: object, skeleton: Skeleton | None = None, origin: str = "the detector") -> People:
