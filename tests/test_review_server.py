@@ -197,7 +197,9 @@ SVG = b'<svg xmlns="http://www.w3.org/2000/svg"><script>alert(1)</script></svg>'
 )  # fmt: skip
 def test_what_is_no_photo_is_one_clear_line(dropper: Client, content: bytes, name: str) -> None:
     answer = dropper.http.post("/api/drop", params={"name": name}, content=content)
-    assert answer.status_code == 422 and len(answer.json()["error"].splitlines()) == 1
+    said = answer.json()["error"]
+    assert answer.status_code == 422 and len(said.splitlines()) == 1
+    assert said.startswith(f"{name}: ")  # not the file's name here, which its owner never saw
     assert dropper.http.get("/api/about").json()["photos"] == 0
     assert is_up(dropper)
 

@@ -228,7 +228,7 @@ _PAIRS = (
 )
 
 #: `corrections.csv`, the log of a review as it is exported.
-_CORRECTIONS = (
+CORRECTIONS = (
     Column("number", "INTEGER", "", "number of the action, in the order they were done"),
     Column("time", "VARCHAR", "", "when, in universal time (ISO 8601)"),
     Column("who", "VARCHAR", "", "the reviewer's name (--who)"),
@@ -266,7 +266,7 @@ _KINDS = {"VARCHAR": "text", "INTEGER": "integer", "DOUBLE": "number", "BOOLEAN"
 
 
 def _codebook() -> dict[str, tuple[Column, ...]]:
-    return {**all_columns(), "corrections": _CORRECTIONS}
+    return {**all_columns(), "corrections": CORRECTIONS}
 
 
 def codebook_csv() -> str:

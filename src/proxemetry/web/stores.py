@@ -19,6 +19,7 @@ from ..errors import PhotoError, SettingsError
 from ..measure import measure
 from ..photo import Photo
 from ..scene import Scene
+from ..tables import CORRECTIONS
 
 #: A dropped photo may have this many pixels; a file of a few bytes may claim more than the memory holds.
 MOST_PIXELS = 120_000_000
@@ -145,6 +146,9 @@ class DropStore:
                     f"({MOST_PIXELS // 1_000_000} megapixels); `proxemetry measure` takes it"
                 )
             scene = self._measure(opened)
+        except PhotoError as error:  # of the name that its owner knows, not of ours
+            path.unlink(missing_ok=True)
+            raise PhotoError(str(error).replace(str(path), photo)) from error
         except Exception:
             path.unlink(missing_ok=True)
             raise
@@ -160,7 +164,7 @@ def log_csv(actions: Iterable[Action]) -> bytes:
     """Return a log as CSV: every entry, those taken back and the taking back included."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(("number", "time", "who", "photo", "sha256", "action", "value"))
+    writer.writerow(column.name for column in CORRECTIONS)
     for a in actions:
         value = json.dumps(dict(a.value), sort_keys=True)
         writer.writerow((a.number, a.time, a.who, a.photo, a.sha256, a.action, value))
