@@ -156,10 +156,11 @@ def test_what_cannot_be_done_is_one_line(measure, tmp_path, monkeypatch, argumen
 def test_a_folder_that_cannot_be_written_is_one_line(measure, tmp_path):
     write_photos(tmp_path / "photos", 1)
     (tmp_path / "file").write_text("in the way")
-    code, _, err = measure(tmp_path / "photos", out=tmp_path / "file" / "out")
-    assert code == 2
-    assert len(err.splitlines()) == 1
-    assert "cannot be written" in err
+    for out in (tmp_path / "file" / "out", tmp_path / "file"):
+        code, _, err = measure(tmp_path / "photos", out=out)
+        assert code == 2
+        assert len(err.splitlines()) == 1
+        assert f"cannot be written ({tmp_path / 'file'} is a file, not a folder)" in err
 
 
 def test_nothing_readable_is_exit_code_2(measure, tmp_path):

@@ -220,6 +220,9 @@ def _refusal(path: str, error: Exception) -> OutputError:
     if full:
         return OutputError(f"{path}: no space left; make room and run the same command again to go on")
     what = getattr(error, "strerror", None) or " ".join(str(error).split())
+    in_the_way = next((p for p in Path(path).parents if p.is_file()), None)
+    if in_the_way is not None:
+        what = f"{in_the_way} is a file, not a folder"
     return OutputError(f"{path}: cannot be written ({what})")
 
 
