@@ -6,6 +6,7 @@ import contextlib
 import csv
 import errno
 import json
+import logging
 import os
 import random
 import shutil
@@ -23,16 +24,18 @@ from hypothesis import strategies as st
 from small_photos import write_photo, write_photos
 
 import proxemetry
-from proxemetry.archive import manifest, newcomers, parts
+from proxemetry.archive import manifest, newcomers, parts, pool
 from proxemetry.archive.copies import copies, repeated
+from proxemetry.archive.crew import require_same_networks
 from proxemetry.archive.folder import Folder
 from proxemetry.archive.results import Results
 from proxemetry.archive.run import run
 from proxemetry.archive.work import Job
 from proxemetry.camera_table import CameraTable
-from proxemetry.errors import OutputError, SettingsError
+from proxemetry.errors import ModelError, OutputError, SettingsError
 from proxemetry.focal import FocalRequest
 from proxemetry.measure import Settings
+from proxemetry.pose import PoseOptions
 
 HERE = str(Path(__file__).parent)
 SOURCE = str(Path(proxemetry.__file__).parents[1])
@@ -460,3 +463,26 @@ def test_beginning_anew_where_nothing_is_yet(tmp_path):
     write_photos(tmp_path / "photos", 2)
     run([str(tmp_path / "photos")], job(tmp_path / "new" / "results"), restart=True)
     assert len(rows(tmp_path / "new" / "results")) == 2
+
+
+def test_workers_that_load_other_networks_than_the_first_are_refused():
+    """What is fetched where it can be had may be had by one worker and not by the next."""
+    require_same_networks("", {}, {"a": "1"})
+    require_same_networks("blazepose", {"a": "1"}, {"a": "1"})
+    for others in ({}, {"a": "2"}, {"a": "1", "b": "1"}):
+        with pytest.raises(ModelError, match="workers have different networks"):
+            require_same_networks("blazepose", {"a": "1"}, others)
+
+
+def test_a_worker_that_follows_fetches_nothing_and_says_nothing_twice(monkeypatch, caplog):
+    seen: list[bool] = []
+
+    def measurer(job):
+        seen.append(job.options.offline)
+        logging.getLogger("proxemetry").warning("fewer people are found")
+
+    monkeypatch.setattr(pool, "Measurer", measurer)
+    pool._follower(Job("results", options=PoseOptions(offline=False)))
+    assert seen == [True] and not caplog.records
+    logging.getLogger("proxemetry").warning("heard again")
+    assert [r.message for r in caplog.records] == ["heard again"]

@@ -40,7 +40,7 @@ def caches() -> Iterator[None]:
 def backend(request: pytest.FixtureRequest, caches: None) -> PoseBackend:
     if request.param == "blazepose":
         try:
-            weights.fetch(weights.EMBEDDED)
+            weights.fetch((*weights.EMBEDDED, weights.EMBEDDED_FINDER))
         except ModelError as error:
             pytest.skip(f"blazepose: {error}")
     if not is_available(request.param):

@@ -12,7 +12,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from ..errors import ModelError, ProxemetryError, SettingsError
-from .crew import Died, Done, Event
+from ..pose import lacking
+from .crew import Died, Done, Event, require_same_networks
 from .work import Finished, Job, Measurer, Task, quiet_threads
 
 _STARTS_BEFORE_GIVING_UP = 3
@@ -116,6 +117,10 @@ class RayCrew:
         if isinstance(answer, ProxemetryError):
             raise answer
         if worker.task is None:
+            require_same_networks(self.pose, self.models, answer[1])
+            if not self.pose:  # what an actor says itself stays where it runs
+                for name in lacking(*answer):
+                    logging.getLogger("proxemetry").warning(f"fewer people are found: {name} could not be had")
             worker.ready = True
             self.pose, self.models = answer
             self._failed_starts = 0

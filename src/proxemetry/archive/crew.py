@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Protocol
 
+from ..errors import ModelError
 from .work import Finished, Job, Measurer, Task
 
 
@@ -71,6 +72,19 @@ class Crew(Protocol):
     def close(self) -> None:
         """End all workers, whatever they are at."""
         ...
+
+
+def require_same_networks(pose: str, models: Mapping[str, str], others: Mapping[str, str]) -> None:
+    """Raise ModelError where a worker loaded other networks than those before it; no `pose` says that it is the first.
+
+    What is fetched where it can be had may be had by one and not by the next.
+    """
+    different = sorted(name for name in {*models, *others} if models.get(name) != others.get(name))
+    if pose and different:
+        raise ModelError(
+            f"workers have different networks ({', '.join(different)}): run `proxemetry models fetch` wherever they "
+            "run, then start again"
+        )
 
 
 class OwnProcess:

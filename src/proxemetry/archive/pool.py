@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import multiprocessing
 import os
 import signal
@@ -9,13 +10,13 @@ import traceback
 from collections import deque
 from collections.abc import Mapping
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
 from typing import Any
 
 from ..errors import ModelError, ProxemetryError
-from .crew import Died, Done, Event, Ticked
+from .crew import Died, Done, Event, Ticked, require_same_networks
 from .work import Finished, Job, Measurer, Task, quiet_threads
 
 _STARTS_BEFORE_GIVING_UP = 3
@@ -77,7 +78,7 @@ class Pool:
 
     def _started(self) -> _Worker:
         ours, theirs = self._context.Pipe()
-        process = self._context.Process(target=serve, args=(self.job, theirs), daemon=True)
+        process = self._context.Process(target=serve, args=(self.job, theirs, bool(self.pose)), daemon=True)
         process.start()
         theirs.close()
         return _Worker(process, ours)
@@ -122,6 +123,7 @@ class Pool:
     def _take(self, worker: _Worker, message: Any) -> None:
         match message:
             case ("ready", pose, models):
+                require_same_networks(self.pose, self.models, models)
                 worker.ready = True
                 self.pose, self.models = pose, models
                 self._failed_starts = 0
@@ -173,14 +175,27 @@ def _end_of(exit_code: int | None) -> str:
     return f"exit code {exit_code}"
 
 
-def serve(job: Job, pipe: Connection) -> None:
-    """Be a worker: load the back end, do tasks until the pipe closes."""
+def _follower(job: Job) -> Measurer:
+    logger = logging.getLogger("proxemetry")
+    level = logger.level
+    logger.setLevel(logging.ERROR)
+    try:
+        return Measurer(replace(job, options=replace(job.options, offline=True)))
+    finally:
+        logger.setLevel(level)
+
+
+def serve(job: Job, pipe: Connection, follows: bool = False) -> None:
+    """Be a worker: load the back end, do tasks until the pipe closes.
+
+    follows: another worker has loaded it, so that nothing is left to fetch, or to say of what could not be fetched.
+    """
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the parent's to answer
     signal.signal(signal.SIGTERM, signal.default_int_handler)  # unwinds, so that temporary files go
     # A parent that is gone shows as a closed pipe, on the next word at the latest.
     with suppress(EOFError, BrokenPipeError, ConnectionError, KeyboardInterrupt):
         try:
-            measurer = Measurer(job)
+            measurer = _follower(job) if follows else Measurer(job)
             pipe.send(("ready", measurer.backend.name, dict(measurer.backend.models)))
             while True:
                 task: Task = pipe.recv()

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import importlib
 import importlib.util
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from .. import weights
@@ -47,7 +47,8 @@ class Entry:
     """One back end: `target` is "module:factory", called as factory(argument, options) -> PoseBackend.
 
     models: names of the networks it needs. runtime: the package that runs them, "" for none. summary: for the list.
-    argument: what the factory gets where the name carries none. takes: which of `device` and `flip` it heeds.
+    argument: what the factory gets where the name carries none. takes: which of `device` and `flip` it heeds. wants:
+    names of networks that it finds more people with, and runs without.
     """
 
     target: str
@@ -56,6 +57,7 @@ class Entry:
     summary: str
     argument: str = ""
     takes: tuple[str, ...] = ()
+    wants: tuple[str, ...] = ()
 
 
 _ANY = ("device", "flip")
@@ -74,6 +76,7 @@ BACKENDS: dict[str, Entry] = {
         "ai_edge_litert",
         "the embedded default: runs everywhere",
         takes=("flip",),  # it always does
+        wants=(weights.EMBEDDED_FINDER,),
     ),
     "rtmdet-rtmpose-halpe26": _ready(
         "rtmdet-rtmpose-halpe26", ("rtmdet_m_person.onnx", "rtmpose_m_halpe26.onnx"), "26 joints, neck and hip seen"
@@ -119,6 +122,12 @@ def is_available(name: str) -> bool:
     entry = BACKENDS[name]
     runtime_is_there = not entry.runtime or importlib.util.find_spec(entry.runtime) is not None
     return runtime_is_there and all(weights.locate(model) is not None for model in entry.models)
+
+
+def lacking(name: str, models: Mapping[str, str]) -> tuple[str, ...]:
+    """Return the networks that a back end would use but loaded its others without."""
+    entry = BACKENDS.get(name)
+    return () if entry is None else tuple(model for model in entry.wants if model not in models)
 
 
 def auto_name() -> str:

@@ -1,8 +1,9 @@
 """The embedded pose back end: several people a photo from MediaPipe's BlazePose and face networks, run with LiteRT.
 
-MediaPipe's own pipeline finds one person. Here windows of several sizes are searched for bodies and faces
-(`detectors`), each find is looked at by the landmark network (`search`, `landmarks`), sightings are scored
-(`score`), the same person is kept once (`duplicates`), and pupils come from the face networks (`eyes`).
+MediaPipe's own pipeline finds one person. Here a person detector looks at the photo and tiles of it (`finder`; where
+it is not at hand the pose and face detectors do, `detectors`), the landmark network looks at each find (`proposals`,
+`search`, `landmarks`), sightings are scored (`score`, with the help of `faces`), the same person is kept once
+(`duplicates`), and pupils come from the face networks (`eyes`).
 """
 
 from __future__ import annotations
@@ -23,19 +24,31 @@ from ...photo import Photo
 from ...skeleton import BLAZEPOSE_33
 from .. import PoseOptions
 from .detectors import FACE_HEAD, POSE_HEAD, Boxes, Detector
-from .duplicates import agree, without_duplicates
+from .duplicates import agree, is_among
 from .eyes import PupilFinder
+from .faces import Face, face_of
+from .finder import PersonFinder
 from .landmarks import Candidate, Landmarks
+from .proposals import Proposal, in_boxes, without_boxes
 from .regions import Picture
-from .score import LIKELY, PERSON_MINIMUM, face_of, head_px, person_score
-from .search import EFFORTS, Search, Sighting, neighbours, proposals, small_faces
+from .score import (
+    LIKELY,
+    PERSON_MINIMUM,
+    PERSON_MINIMUM_IN_BOX,
+    SUPPORTED,
+    WELL_SUPPORTED,
+    person_score,
+)  # fmt: skip
+from .search import BOX_IS_BODY, EFFORTS, Search, Sighting
 
 FloatArray = NDArray[np.float64]
 
+_POSE_DETECTION = "pose_detection.tflite"
 #: Photos are decoded at no more than this: a torso of a tenth of the photo is then 240 px long, more than a crop holds.
 _LONG_SIDE_PX = 2400
-#: Who is at least this sure has neighbours looked for, and says at which level heads are.
-_SURE = 0.7
+#: Scores from which the person detector's boxes are looked at: in the whole photo, and in tiles, of which each is one
+#: more chance to be wrong.
+_SUSPICION, _IN_TILES = 0.1, 0.2
 # 37 people of the labelled photos, their headings put down by eye: 21 degrees rms, none turned front to back.
 _HEADING_SD_RAD = 0.37
 # Looks more than 60 degrees apart say nothing.
@@ -47,6 +60,12 @@ def open_backend(argument: str, options: PoseOptions) -> BlazePose:
     if argument:
         raise SettingsError(f"pose back end blazepose takes no argument, not {argument!r}")
     located = weights.require(weights.EMBEDDED, may_fetch=True, offline=options.offline)
+    finder = weights.if_to_be_had(weights.EMBEDDED_FINDER, offline=options.offline)
+    if (
+        finder is not None
+    ):  # it takes the place of the pose detection: what is not used is not among a result's networks
+        located = {name: one for name, one in located.items() if name != _POSE_DETECTION}
+        located[finder.model.name] = finder
     return BlazePose(
         {name: one.path for name, one in located.items()},
         effort=options.effort,
@@ -66,44 +85,60 @@ class BlazePose:
     ) -> None:
         self.effort = EFFORTS[effort]
         self.models: Mapping[str, str] = MappingProxyType(dict(hashes))
-        self._pose = Detector(paths["pose_detection.tflite"], POSE_HEAD, threads)
+        finder = paths.get(weights.EMBEDDED_FINDER)
+        self._finder = None if finder is None else PersonFinder(finder, threads)
+        self._pose = Detector(paths[_POSE_DETECTION], POSE_HEAD, threads) if finder is None else None
         self._face = Detector(paths["face_detection_full_range_sparse.tflite"], FACE_HEAD, threads)
         self._landmarks = Landmarks(paths["pose_landmark_full.tflite"], threads)
         self._pupils = PupilFinder(paths["face_landmark.tflite"], paths["iris_landmark.tflite"])
 
     def detect(self, photo: Photo) -> People:
         """Return the people in a photo, best first; joints outside the photo are not seen."""
-        pixels = photo.pixels(_LONG_SIDE_PX)
-        picture = Picture(pixels)
-        found, faces = proposals(picture, self._pose, self._face, self.effort)
+        picture = Picture(photo.pixels(_LONG_SIDE_PX))
         search = Search(picture, self._landmarks, self.effort.looks)
-        kept_back = self.effort.looks // 4 if self.effort.neighbours else 0
-        search.visit(found, 2 * kept_back if self.effort.small_faces[1] else kept_back)
-        if self.effort.small_faces[1]:
-            heads = np.array([head_px(s.candidate) for s in _sure(search, faces)]).reshape(-1, 2)
-            found, faces = small_faces(picture, self._face, self.effort, heads, faces)
-            search.visit(found, kept_back)
-        if self.effort.neighbours:
-            search.visit(neighbours(_sure(search, faces)))
-        people = self._people(picture, search, faces)
+        boxes = self._boxes(picture)
+        search.visit(self._proposals(picture) if boxes is None else in_boxes(boxes, picture))
+        people = self._people(picture, search, boxes)
         return people.scaled(photo.width / picture.width, photo.height / picture.height)
 
-    def _people(self, picture: Picture, search: Search, faces: Boxes) -> People:
-        scores = np.array([_scored(s, faces) for s in search.sightings])
-        likely = np.flatnonzero(scores > LIKELY)
-        kept = likely[without_duplicates([search.sightings[i].candidate for i in likely], scores[likely])]
+    def _boxes(self, picture: Picture) -> Boxes | None:
+        if self._finder is None:
+            return None
+        return self._finder.find(
+            picture, self.effort.tiles, suspicion=_SUSPICION, threshold=_IN_TILES, guided=not self.effort.everywhere
+        )
+
+    def _proposals(self, picture: Picture) -> list[Proposal]:
+        assert self._pose is not None  # it is loaded where there is no person detector
+        e = self.effort
+        return without_boxes(
+            picture, self._pose, self._face, e.pose_windows, e.face_windows, e.pose_minimum, e.face_minimum
+        )
+
+    def _people(self, picture: Picture, search: Search, boxes: Boxes | None) -> People:
+        faces = [face_of(sighting.candidate, picture, self._face) for sighting in search.sightings]
+        for sighting, face in zip(search.sightings, faces, strict=True):
+            sighting.face = 0.0 if face is None else face.score
+        scores = np.array([person_score(sighting) for sighting in search.sightings])
+        kept: list[Candidate] = []
+        free = None if boxes is None else replace(boxes, scores=boxes.scores.copy())
         rows: list[tuple[FloatArray, FloatArray, float, float, float]] = []
-        for i in kept:
+        for i in np.argsort(-scores, kind="stable"):
             sighting = search.sightings[i]
-            mirrored = search.again(sighting)
-            # Shown the mirror image, the network must see the same person: what it imagined it does not see twice. Its
-            # own word that somebody is there is one of the score's features, and one of the least telling.
-            if not agree(sighting.candidate, mirrored):
+            box, support = (0, SUPPORTED) if free is None else _support(search, sighting, free)
+            if scores[i] <= LIKELY or support < SUPPORTED or is_among(sighting.candidate, kept):
                 continue
-            score = (float(scores[i]) + person_score(replace(sighting, candidate=mirrored))) / 2
-            if score > PERSON_MINIMUM:
-                looks = [sighting.candidate, mirrored, *search.steadied(sighting, self.effort.steadying)]
-                rows.append((*self._joints(picture, sighting, looks, faces), score, *_heading(looks)))
+            pair = _seen_twice(search, sighting.candidate)
+            if pair is None or (pair[0] is not sighting.candidate and is_among(pair[0], kept)):
+                continue
+            seen, again = pair
+            score = (float(scores[i]) + person_score(replace(sighting, candidate=again))) / 2
+            if score > (PERSON_MINIMUM if support < WELL_SUPPORTED else PERSON_MINIMUM_IN_BOX):
+                kept.append(seen)
+                if free is not None:
+                    free.scores[box] = 0.0
+                looks = [seen, again, *search.steadied(seen, self.effort.steadying)]
+                rows.append((*self._joints(picture, looks, faces[i]), score, *_heading(looks)))
         if not rows:
             return People.none(BLAZEPOSE_33)
         keypoints, joint_scores, person_scores, headings, heading_sds = (np.array(c) for c in zip(*rows, strict=True))
@@ -112,14 +147,11 @@ class BlazePose:
             heading_sd_rad=heading_sds,
         )  # fmt: skip
 
-    def _joints(
-        self, picture: Picture, sighting: Sighting, looks: list[Candidate], faces: Boxes
-    ) -> tuple[FloatArray, FloatArray]:
+    def _joints(self, picture: Picture, looks: list[Candidate], face: Face | None) -> tuple[FloatArray, FloatArray]:
         """Return keypoints (33, 2) and scores (33,) of one person, the looks' means; NaN outside the picture."""
         keypoints = np.mean([look.keypoints_px for look in looks], axis=0)
         scores = np.mean([look.visibility * look.presence for look in looks], axis=0)
-        face = face_of(sighting, faces)
-        pupils = None if face is None else self._pupils.find(picture, faces.boxes_px[face], faces.points_px[face])
+        pupils = None if face is None else self._pupils.find(picture, face.box_px, face.points_px)
         if pupils is not None:
             for joint, pupil in (("left_eye", pupils.left_px), ("right_eye", pupils.right_px)):
                 keypoints[BLAZEPOSE_33.joints.index(joint)] = pupil
@@ -128,14 +160,29 @@ class BlazePose:
         return keypoints, scores
 
 
-def _sure(search: Search, faces: Boxes) -> list[Sighting]:
-    return [sighting for sighting in search.sightings if _scored(sighting, faces) > _SURE]
+def _seen_twice(search: Search, seen: Candidate) -> tuple[Candidate, Candidate] | None:
+    """Return two looks that agree, of which one was shown the mirror image; None where there are none.
+
+    What the network imagined it does not see twice. Its own word that somebody is there is one of the score's
+    features, and one of the least telling. A third look is for where the network would rather have looked.
+    """
+    mirrored = search.again(seen, mirrored=True)
+    if agree(seen, mirrored):
+        return seen, mirrored
+    third = search.again(mirrored, mirrored=False)
+    return (mirrored, third) if agree(mirrored, third) else None
 
 
-def _scored(sighting: Sighting, faces: Boxes) -> float:
-    face = face_of(sighting, faces)
-    sighting.face = 0.0 if face is None else float(faces.scores[face])
-    return person_score(sighting)
+def _support(search: Search, sighting: Sighting, free: Boxes) -> tuple[int, float]:
+    """Return the row of the box that speaks most for this body, and how much: what they share times the box's score.
+
+    A box is good for one person: those taken have the score 0. Nothing (row 0) where the body fills no box.
+    """
+    if not len(free):
+        return 0, 0.0
+    shared = search.shared(sighting, free.boxes_px)
+    support = np.where(shared >= BOX_IS_BODY, shared * free.scores, 0.0)
+    return int(support.argmax()), float(support.max())
 
 
 def _heading(looks: list[Candidate]) -> tuple[float, float]:

@@ -94,31 +94,6 @@ def windows_of(width: int, height: int, fraction: float, overlap: float) -> Iter
             yield x, y, min(width, side), min(height, side)
 
 
-def windows_near(
-    width: int, height: int, fractions: tuple[float, ...], overlap: float, levels_px: tuple[float, float], most: int
-) -> list[Window]:
-    """Return the `most` windows nearest to a band of the photo, from its upper to its lower level; nearest first.
-
-    Windows lie in rows, one of each size around the middle of the band, the others above and below it.
-    """
-    middle, reach = sum(levels_px) / 2, (levels_px[1] - levels_px[0]) / 2
-    found: list[tuple[float, Window]] = []
-    for fraction in fractions:
-        side = max(1, round(max(width, height) * fraction))
-        step = side * (1 - overlap)
-        row_height, highest = min(height, side), max(0, height - side)
-        tops = {min(max(round(middle - side / 2 + k * step), 0), highest) for k in _rows_about(middle, height, step)}
-        for top in tops:
-            aside = max(abs(top + row_height / 2 - middle) - reach, 0.0)
-            found += [(aside, (x, top, min(width, side), row_height)) for x in _starts(width, side, overlap)]
-    found.sort(key=lambda pair: pair[0])
-    return [window for _, window in found[:most]]
-
-
-def _rows_about(middle: float, height: int, step: float) -> range:
-    return range(-math.ceil(middle / step), math.ceil((height - middle) / step) + 1)
-
-
 def _starts(length: int, side: int, overlap: float) -> list[int]:
     if length <= side:
         return [0]
@@ -148,11 +123,20 @@ def merged(boxes: Boxes) -> Boxes:
     order = np.argsort(-boxes.scores, kind="stable")
     groups: list[NDArray[np.intp]] = []
     while len(order):
-        same = _overlap(boxes.boxes_px[order[0]], boxes.boxes_px[order]) > _MERGE_IOU
+        same = overlap(boxes.boxes_px[order[0]], boxes.boxes_px[order]) > _MERGE_IOU
         same[0] = True
         groups.append(order[same])
         order = order[~same]
     return mean_of_groups(boxes, groups)
+
+
+def distinct(boxes: Boxes, most_shared: float) -> Boxes:
+    """Return the boxes that share no more than this with any better one (intersection over union), best first."""
+    order, kept = np.argsort(-boxes.scores, kind="stable"), list[int]()
+    while len(order):
+        kept.append(int(order[0]))
+        order = order[1:][overlap(boxes.boxes_px[order[0]], boxes.boxes_px[order[1:]]) <= most_shared]
+    return boxes[np.array(kept, dtype=np.intp)]
 
 
 def mean_of_groups(boxes: Boxes, groups: list[NDArray[np.intp]]) -> Boxes:
@@ -167,7 +151,7 @@ def mean_of_groups(boxes: Boxes, groups: list[NDArray[np.intp]]) -> Boxes:
     )
 
 
-def _overlap(box: FloatArray, boxes: FloatArray) -> FloatArray:
+def overlap(box: FloatArray, boxes: FloatArray) -> FloatArray:
     """Return intersection over union of one box with N boxes, shape (N,)."""
     low, high = np.maximum(box[:2], boxes[:, :2]), np.minimum(box[2:], boxes[:, 2:])
     shared = np.clip(high - low, 0, None).prod(axis=1)

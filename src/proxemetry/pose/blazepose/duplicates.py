@@ -22,6 +22,8 @@ _FACE = [0, 2, 5, 7, 8]
 # Two people side by side have a keypoint similarity near 0, two looks at one person above 0.6; a torso whose points
 # lie mostly in the other's silhouette belongs to the other. Both from the measured prototype.
 _SAME_POSE, _INSIDE = 0.45, 0.6
+# In torsos (METHOD section 4: shoulders to hips .5 m): from a joint to the skin, and from the eyes to the crown.
+_FLESH, _CROWN = 0.1, 0.35
 # Of ten points of head and torso more than eight in the silhouettes of surer people: a mix of these people's parts.
 _MIXED = 0.8
 
@@ -31,6 +33,20 @@ def torso_px(candidate: Candidate) -> float:
     points = candidate.keypoints_px
     length = np.linalg.norm(points[_SHOULDERS].mean(axis=0) - points[_HIPS].mean(axis=0))
     return float(max(length, np.linalg.norm(points[11] - points[12]), 1.0))
+
+
+def head_px(candidate: Candidate) -> FloatArray:
+    """Return the middle of the nose, eyes and ears, shape (2,)."""
+    return candidate.keypoints_px[_FACE].mean(axis=0)
+
+
+def extent_px(candidate: Candidate) -> FloatArray:
+    """Return the box (4,) that the body fills: its joints', with flesh around them and the crown above the face."""
+    torso = torso_px(candidate)
+    low = candidate.keypoints_px.min(axis=0) - _FLESH * torso
+    high = candidate.keypoints_px.max(axis=0) + _FLESH * torso
+    low[1] = min(low[1], head_px(candidate)[1] - _CROWN * torso)
+    return np.concatenate([low, high])
 
 
 def are_same(a: Candidate, b: Candidate) -> bool:
@@ -46,14 +62,9 @@ def are_same(a: Candidate, b: Candidate) -> bool:
     return _share_inside(b, a) > _INSIDE and bool(heads < 0.6 * larger)
 
 
-def without_duplicates(candidates: list[Candidate], scores: FloatArray) -> list[int]:
-    """Return the rows of those who stay, best score first: nobody is the same as, or a mix of, surer people."""
-    kept: list[int] = []
-    for row in np.argsort(-scores, kind="stable"):
-        surer = [candidates[other] for other in kept]
-        if not any(are_same(candidates[row], other) for other in surer) and not _is_mixed(candidates[row], surer):
-            kept.append(int(row))
-    return kept
+def is_among(candidate: Candidate, surer: list[Candidate]) -> bool:
+    """Return whether a candidate is the same as one of surer people, or a mix of several."""
+    return any(are_same(candidate, other) for other in surer) or _is_mixed(candidate, surer)
 
 
 def agree(first: Candidate, second: Candidate) -> bool:
