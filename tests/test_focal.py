@@ -142,6 +142,8 @@ def test_assumptions_are_marked_and_come_last() -> None:
     camera = camera_of(photo_of(), FocalRequest(assume_fov_deg=60))
     assert camera.f_px == pytest.approx(3000 / math.tan(math.radians(30)))
     assert camera.source.startswith("ASSUMED") and camera.focal_rel_sd >= 0.2
+    upright = camera_of(photo_of(4000, 6000), FocalRequest(assume_fov_deg=60))
+    assert upright.f_px == pytest.approx(camera.f_px)  # the same lens, held upright
     assert camera_of(photo_of(), FocalRequest(focal_35mm=28)).source.startswith("ASSUMED")
     assert not camera_of(photo_of(focal_35mm=28.0), FocalRequest(assume_fov_deg=60)).source.startswith("ASSUMED")
 

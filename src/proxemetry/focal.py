@@ -43,8 +43,9 @@ class FocalRequest:
     """What the user states of the camera, for all photos of a run; None where nothing is stated.
 
     focal_mm with sensor_mm (width, height of the sensor in millimetres), focal_35mm, or focal_px; sensor_mm alone
-    goes with each photo's own focal length. assume_fov_deg is the horizontal field of view to assume where nothing
-    else is known. camera_table: what is known of single photos or cameras, which comes before the rest.
+    goes with each photo's own focal length. assume_fov_deg is the field of view, across the photo's long side, to
+    assume where nothing else is known. camera_table: what is known of single photos or cameras, which comes before
+    the rest.
 
     Raises SettingsError where two statements contradict each other or a value is not positive.
     """
@@ -150,7 +151,8 @@ def _candidates(photo: Photo, request: FocalRequest, row: CameraRow | None, fram
     yield from _stated(photo, request, frame, "user")
     yield from _recorded(photo, frame)
     if request.assume_fov_deg is not None:
-        f_px = photo.width / 2 / math.tan(math.radians(request.assume_fov_deg) / 2)
+        # Across the long side, as wide as the camera sees it: held upright it has the same lens.
+        f_px = max(photo.width, photo.height) / 2 / math.tan(math.radians(request.assume_fov_deg) / 2)
         yield Candidate(f_px, _ASSUMED_FOV_SD, f"{ASSUMED_FIELD_OF_VIEW} {request.assume_fov_deg:g} degrees")
 
 

@@ -22,7 +22,10 @@ def add_camera_options(parser: argparse.ArgumentParser) -> None:
     group.add_argument("--focal-35mm", type=number, metavar="F", help="35 mm equivalent focal length, of all photos")
     group.add_argument("--focal-px", type=number, metavar="F", help="focal length in pixels of the photos")
     group.add_argument(
-        "--assume-fov", type=number, metavar="DEG", help="horizontal field of view to assume where nothing is known"
+        "--assume-fov",
+        type=number,
+        metavar="DEG",
+        help="field of view to assume where nothing is known, across the photo's long side",
     )
     group.add_argument("--camera-table", metavar="FILE", help="CSV of what is known of single photos or cameras")
 
