@@ -71,7 +71,7 @@ def calibrate(people: People, width: int, height: int) -> CameraEstimate:
     candidate = Candidate(posterior.f_px, posterior.log_sd, source)
     interval = f"{posterior.low_px:.0f} to {posterior.high_px:.0f} px"
     if SD_OF_90 * posterior.log_sd > math.log1p(WIDEST):
-        reason = f"the people leave it between {interval}: too wide"
+        reason = f"the people leave it open from {interval}: too wide"
         return CameraEstimate(None, (candidate,), reason=reason)
     camera = Camera.centred(posterior.f_px, width, height, focal_rel_sd=posterior.log_sd, source=source)
     camera = replace(camera, principal_sd_px=frame_of(width, height, Metadata()).principal_sd_px)
