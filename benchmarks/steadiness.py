@@ -21,15 +21,18 @@ from numpy.typing import NDArray
 
 from proxemetry.photo import Photo
 from proxemetry.pose import PoseOptions, backend_named
-from proxemetry.pose.blazepose import BlazePose, _sure  # pyright: ignore[reportPrivateUsage]
-from proxemetry.pose.blazepose.detectors import Boxes
+from proxemetry.pose.blazepose import BlazePose
+from proxemetry.pose.blazepose.faces import Face, face_of
+from proxemetry.pose.blazepose.proposals import in_boxes
 from proxemetry.pose.blazepose.regions import Picture, Region
-from proxemetry.pose.blazepose.score import face_of
-from proxemetry.pose.blazepose.search import Search, Sighting, proposals
+from proxemetry.pose.blazepose.score import person_score
+from proxemetry.pose.blazepose.search import Search
 
 FloatArray = NDArray[np.float64]
 
 _LOOKS = 12
+#: Only people whom the back end itself is this sure of.
+_SURE = 0.7
 _ASIDE, _RESIZED = 0.03, 0.05
 _EYES, _SHOULDERS, _HIPS = [2, 5], [11, 12], [23, 24]
 
@@ -53,9 +56,9 @@ def looked_at(backend: BlazePose, picture: Picture, region: Region, rng: np.rand
     return np.array(rows)
 
 
-def pupils(backend: BlazePose, picture: Picture, faces: Boxes, row: int, rng: np.random.Generator) -> FloatArray:
+def pupils(backend: BlazePose, picture: Picture, face: Face, rng: np.random.Generator) -> FloatArray:
     """Return the pupils' distance from face boxes moved and resized a little, shape (looks,)."""
-    box, points = faces.boxes_px[row], faces.points_px[row]
+    box, points = face.box_px, face.points_px
     side = float((box[2:] - box[:2]).max())
     found: list[float] = []
     for _ in range(_LOOKS):
@@ -82,15 +85,21 @@ def main() -> None:
     eyes: list[tuple[FloatArray, FloatArray]] = []
     for path in photos_in(args.photos):
         picture = Picture(Photo.open(path).pixels(2400))
-        found, faces = proposals(picture, backend._pose, backend._face, backend.effort)  # pyright: ignore
+        boxes = backend._boxes(picture)  # pyright: ignore
+        if boxes is None:
+            raise SystemExit("the person detector is not here: `proxemetry models fetch`")
         search = Search(picture, backend._landmarks, 40)  # pyright: ignore
-        search.visit(found)
-        sure: list[Sighting] = _sure(search, faces)[: args.most]
-        for sighting in sure:
-            lengths = looked_at(backend, picture, sighting.candidate.next_region, rng)
+        search.visit(in_boxes(boxes, picture))
+        people: list[tuple[float, Region, Face | None]] = []
+        for sighting in search.sightings:
+            face = face_of(sighting.candidate, picture, backend._face)  # pyright: ignore
+            sighting.face = 0.0 if face is None else face.score
+            people.append((person_score(sighting), sighting.candidate.next_region, face))
+        sure = sorted((p for p in people if p[0] > _SURE), key=lambda p: -p[0])
+        for _, region, face in sure[: args.most]:
+            lengths = looked_at(backend, picture, region, rng)
             torsos.append(lengths[:, 0])
-            face = face_of(sighting, faces)
-            irises = np.zeros(0) if face is None else pupils(backend, picture, faces, face, rng)
+            irises = np.zeros(0) if face is None else pupils(backend, picture, face, rng)
             if len(irises) == _LOOKS:
                 eyes.append((lengths[:, 1], irises))
     print(f"{'scatter of the mean of':32s}  people   1 look  2 looks  6 looks")
