@@ -61,9 +61,8 @@ def open_backend(argument: str, options: PoseOptions) -> BlazePose:
         raise SettingsError(f"pose back end blazepose takes no argument, not {argument!r}")
     located = weights.require(weights.EMBEDDED, may_fetch=True, offline=options.offline)
     finder = weights.if_to_be_had(weights.EMBEDDED_FINDER, offline=options.offline)
-    if (
-        finder is not None
-    ):  # it takes the place of the pose detection: what is not used is not among a result's networks
+    if finder is not None:
+        # it takes the place of the pose detection: what is not used is not among a result's networks
         located = {name: one for name, one in located.items() if name != _POSE_DETECTION}
         located[finder.model.name] = finder
     return BlazePose(
@@ -121,6 +120,7 @@ class BlazePose:
             sighting.face = 0.0 if face is None else face.score
         scores = np.array([person_score(sighting) for sighting in search.sightings])
         kept: list[Candidate] = []
+        means: list[Candidate] = []
         free = None if boxes is None else replace(boxes, scores=boxes.scores.copy())
         rows: list[tuple[FloatArray, FloatArray, float, float, float]] = []
         for i in np.argsort(-scores, kind="stable"):
@@ -132,9 +132,14 @@ class BlazePose:
             if pair is None or (pair[0] is not sighting.candidate and is_among(pair[0], kept)):
                 continue
             seen, again = pair
+            # two looks' mean is steadier than either, and so is the answer whether it is somebody found before
+            mean = replace(seen, keypoints_px=(seen.keypoints_px + again.keypoints_px) / 2)
+            if any(agree(mean, other) for other in means):
+                continue
             score = (float(scores[i]) + person_score(replace(sighting, candidate=again))) / 2
             if score > (PERSON_MINIMUM if support < WELL_SUPPORTED else PERSON_MINIMUM_IN_BOX):
                 kept.append(seen)
+                means.append(mean)
                 if free is not None:
                     free.scores[box] = 0.0
                 looks = [seen, again, *search.steadied(seen, self.effort.steadying)]

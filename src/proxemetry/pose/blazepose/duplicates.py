@@ -68,7 +68,7 @@ def is_among(candidate: Candidate, surer: list[Candidate]) -> bool:
 
 
 def agree(first: Candidate, second: Candidate) -> bool:
-    """Return whether two looks at one square show the same pose."""
+    """Return whether two looks show the same pose."""
     return similarity(first, second) > _SAME_POSE
 
 
