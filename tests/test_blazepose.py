@@ -207,7 +207,7 @@ def embedded():
 
 
 def test_the_labelled_people_are_found(embedded):
-    """The promise, with the count of the published tool: 50 of 52 clear people and 13 of 27 hard, 0 doubled, 0 invented.
+    """The promise, counted by the published tool: 50 of 52 clear people and 13 of 27 hard, 0 doubled, 0 invented.
 
     Two fewer may be found: another processor's rounding moves a look by a little, and an unsure person with it.
     """
