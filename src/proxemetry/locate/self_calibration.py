@@ -38,6 +38,8 @@ _TAIL = 5.0  # degrees of freedom of the residuals: one in a dozen people is not
 _MAX_TRIPLES = 120
 #: A person is part of the explanation where the squared Mahalanobis distance is below this (99 % of a chi-square, 2).
 _INLIER = 9.2
+#: Two steps in a row that lower no cost by more than this (negative log posterior) end the search.
+_IDLE = 1e-3
 
 
 @dataclass(frozen=True)
@@ -156,7 +158,7 @@ def _refined(
     information = np.diag(1 / _prior_sd(segments) ** 2)
     residual, jacobian, precision, log_det = residuals_of(segments, log_f, parameters)
     cost, damping = _cost(segments, parameters, residual, precision, log_det), np.full(len(log_f), 1e-3)
-    hessian = np.broadcast_to(information, (len(log_f), 5, 5))
+    hessian, idle = np.broadcast_to(information, (len(log_f), 5, 5)), 0
     for _ in range(iterations):
         weight = (_TAIL + 2) / (_TAIL + mahalanobis(residual, precision))
         weighted = (precision @ jacobian) * weight[..., None, None]
@@ -167,11 +169,15 @@ def _refined(
         tried = residuals_of(segments, log_f, trial)
         trial_cost = _cost(segments, trial, tried[0], tried[2], tried[3])
         better = trial_cost < cost
+        # once may be a damping that was too weak
+        idle = idle + 1 if (cost - trial_cost).max() < _IDLE else 0
         parameters, cost = np.where(better[:, None], trial, parameters), np.where(better, trial_cost, cost)
         residual = np.where(better[:, None, None], tried[0], residual)
         jacobian = np.where(better[:, None, None, None], tried[1], jacobian)
         precision = np.where(better[:, None, None, None], tried[2], precision)
         damping = np.where(better, damping / 5, damping * 5)
+        if idle == 2:
+            break
     return parameters, cost, np.linalg.slogdet(hessian)[1] / 2
 
 
@@ -196,7 +202,8 @@ def _profile(segments: Segments, log_f: FloatArray, start: tuple[float, FloatArr
         fan = np.tile(start[1], (len(log_f), 1))
         fan[:, 0], fan[:, 1] = math.radians(degrees), 0.0
         starts.append(fan)
-    costs = np.stack([_refined(segments, log_f, s, iterations=0)[1] for s in starts])
+    costs = _refined(segments, np.tile(log_f, len(starts)), np.concatenate(starts), iterations=0)[1]
+    costs = costs.reshape(len(starts), -1)
     chosen = np.argsort(costs, axis=0)[:2]
     begin = np.stack(starts)[chosen, np.arange(len(log_f))].reshape(-1, 5)
     parameters, cost, half_log_det = (
