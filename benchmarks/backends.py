@@ -25,10 +25,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from networks_at_hand import add_models_option
 from numpy.typing import NDArray
 from street import check, read_streets, report
 
-from proxemetry import weights
 from proxemetry.people import People, PoseBackend
 from proxemetry.photo import EXTENSIONS, Photo
 from proxemetry.pose import AUTO_ORDER, PoseOptions, backend_named, is_available
@@ -135,14 +135,11 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--photos", type=Path, default=Path("../shared/data/photos"))
     parser.add_argument("--street", type=Path, help="the folder of street.py")
-    parser.add_argument("--models", type=Path, help="a folder with more networks")
+    add_models_option(parser)
     parser.add_argument("--pose", default="", help="names with commas between; all at hand without it")
     parser.add_argument("--effort", default="fast,normal,thorough")
     parser.add_argument("--rounds", type=int, default=2, help="times through the photos for the throughput; 0: none")
     args = parser.parse_args()
-    if args.models:
-        folders = [*map(str, weights.cache_folders()), str(args.models.resolve())]
-        os.environ["PROXEMETRY_CACHE"] = os.pathsep.join(folders)
     names = args.pose.split(",") if args.pose else list(filter(is_available, AUTO_ORDER))
     print(f"{'back end':34s}      clear        hard doubles  false ms/photo ms (cpu)  photos/s (ms) with 1, 2 workers")
     for name in names:

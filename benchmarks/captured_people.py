@@ -13,12 +13,13 @@ from __future__ import annotations
 import argparse
 import json
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+from pair_errors import Records, depth_summary, summary
 
 from proxemetry.camera import Camera
 from proxemetry.distances import measure_distances
@@ -84,24 +85,6 @@ def photo_of(joints_m: FloatArray, view: View, noise: float, rng: np.random.Gene
     return People(COCO_17, keypoints[keep], np.where(seen, 0.9, 0.0)[keep]), middle[keep]
 
 
-@dataclass
-class Tally:
-    """What one method answered: pairs as (truth, estimate, low, high) in metres, and relative errors of depth."""
-
-    pairs: list[tuple[float, float, float, float]] = field(default_factory=list)
-    depths: list[float] = field(default_factory=list)
-
-    def line(self) -> str:
-        """Return the row of the table."""
-        true, estimate, low, high = np.array(self.pairs).T
-        known = np.isfinite(estimate)
-        error, depth = 100 * (estimate / true - 1)[known], 100 * np.array(self.depths)
-        inside = ((low <= true) & (true <= high))[known]
-        return (f"{len(true):7d}{100 * (1 - known.mean()):8.0f}{np.abs(error).mean():8.1f}"
-                f"{np.median(np.abs(error)):8.1f}{error.mean():+8.1f}{100 * inside.mean():9.0f}"
-                f"{np.nanmean(np.abs(depth)):9.1f}{np.nanmean(depth):+8.1f}")  # fmt: skip
-
-
 def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -111,7 +94,7 @@ def main() -> None:
     parser.add_argument("--body-size", default=LocateSettings().body_size)
     args = parser.parse_args()
     rng = np.random.default_rng(0)
-    tallies = {method: Tally() for method in METHODS}
+    answers = {method: Records(method) for method in METHODS}
     for folder in sorted(p for p in args.poses.iterdir() if p.is_dir()):
         views = views_of(next(folder.glob("calibration_*.json")))
         for joints_m, view in product(frames_of(folder, args.every), views):
@@ -120,17 +103,25 @@ def main() -> None:
                 continue
             truth = np.linalg.norm((middle[:, None] - middle)[..., [0, 2]], axis=-1)
             true_depth = view.seen(middle)[:, 2]
-            for method, tally in tallies.items():
+            for method, records in answers.items():
                 bodies = method_named(method)(people, view.camera, LocateSettings(body_size=args.body_size))
-                answer = measure_distances(bodies)
-                tally.pairs += [
-                    (truth[p], answer.distance_m[p], answer.low_m[p], answer.high_m[p]) for p in answer.pairs()
-                ]
-                tally.depths += list(bodies.positions_m[:, 2] / true_depth - 1)
+                distances = measure_distances(bodies)
+                for pair in distances.pairs():
+                    records.true_m.append(truth[pair])
+                    records.estimate_m.append(distances.distance_m[pair])
+                    records.low_m.append(distances.low_m[pair])
+                    records.high_m.append(distances.high_m[pair])
+                    records.group.append(folder.name)
+                records.true_depth_m += list(true_depth)
+                records.depth_m += list(bodies.positions_m[:, 2])
+                records.depth_sd_m += list(bodies.position_sd_m[:, 2])
+                records.person_group += [folder.name] * len(people)
     columns = ("pairs", "miss %", "mean %", "median", "bias %", "in 90 %", "depth %", "bias %")
     print(" " * 12 + "".join(f"{c:>{w}s}" for c, w in zip(columns, (7, 8, 8, 8, 8, 9, 9, 8), strict=True)))
-    for method, tally in tallies.items():
-        print(f"{method:12s}{tally.line()}")
+    for method, records in answers.items():
+        s, (depth, depth_bias, _) = summary(records), depth_summary(records)
+        print(f"{method:12s}{s.pairs:7d}{s.missing_pct:8.0f}{s.mean_error_pct:8.1f}{s.median_error_pct:8.1f}"
+              f"{s.bias_pct:+8.1f}{s.coverage_pct:9.0f}{depth:9.1f}{depth_bias:+8.1f}")  # fmt: skip
 
 
 if __name__ == "__main__":

@@ -13,16 +13,15 @@ from __future__ import annotations
 
 import argparse
 import json
-import os
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import cv2
 import numpy as np
 from backends import photos_in
+from networks_at_hand import add_models_option
 from numpy.typing import NDArray
 
-from proxemetry import weights
 from proxemetry.keypoint_noise import NoiseLaw, apparent_stature_px, laws
 from proxemetry.people import People, PoseBackend
 from proxemetry.photo import Photo
@@ -146,15 +145,12 @@ def main() -> None:
     """Print the law as a table for `keypoint_noise.toml`."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--photos", type=Path, default=Path("../shared/data/photos"))
-    parser.add_argument("--models", type=Path, help="a folder with more networks")
+    add_models_option(parser)
     parser.add_argument("--pose", required=True)
     parser.add_argument("--effort", default="normal")
     parser.add_argument("--runs", type=int, default=6)
     parser.add_argument("--seed", type=int, default=1)
     args = parser.parse_args()
-    if args.models:
-        folders = [*map(str, weights.cache_folders()), str(args.models.resolve())]
-        os.environ["PROXEMETRY_CACHE"] = os.pathsep.join(folders)
     backend = backend_named(args.pose, PoseOptions(effort=args.effort))
     rng = np.random.default_rng(args.seed)
     rows = [

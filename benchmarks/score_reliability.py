@@ -23,7 +23,6 @@ import argparse
 import importlib
 import itertools
 import json
-import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -31,9 +30,9 @@ from typing import Any
 
 import numpy as np
 from backends import verdicts
+from networks_at_hand import add_models_option
 from numpy.typing import NDArray
 
-from proxemetry import weights
 from proxemetry.people import People, PoseBackend
 from proxemetry.photo import Photo
 from proxemetry.pose import PoseOptions, backend_named
@@ -192,14 +191,11 @@ def main() -> None:
     """Print the tables."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--photos", type=Path, default=Path("../shared/data/photos"))
-    parser.add_argument("--models", type=Path, help="a folder with more networks")
+    add_models_option(parser)
     parser.add_argument("--pose", required=True)
     parser.add_argument("--effort", default="normal")
     parser.add_argument("--least", type=float, default=0.05)
     args = parser.parse_args()
-    if args.models:
-        folders = [*map(str, weights.cache_folders()), str(args.models.resolve())]
-        os.environ["PROXEMETRY_CACHE"] = os.pathsep.join(folders)
     labelled = json.loads((args.photos / "people.json").read_text())["images"]
     backend, kept_from = loosened(args.pose, PoseOptions(effort=args.effort), args.least)
     seen = [backend.detect(Photo.open(args.photos / name)) for name in labelled]

@@ -15,15 +15,14 @@ from __future__ import annotations
 
 import argparse
 import json
-import os
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from networks_at_hand import add_models_option
 from numpy.typing import NDArray
 
-from proxemetry import weights
 from proxemetry.camera import Camera, CameraEstimate
 from proxemetry.locate import METHODS
 from proxemetry.measure import Settings, place
@@ -175,14 +174,11 @@ def main() -> None:
     """Print one table for each back end."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--data", type=Path, default=Path("../shared/data/street_sample"))
-    parser.add_argument("--models", type=Path, help="a folder with more networks")
+    add_models_option(parser)
     parser.add_argument("--pose", default="", help="names with commas between; all at hand without it")
     parser.add_argument("--methods", default=",".join(METHODS))
     parser.add_argument("--effort", default="normal")
     args = parser.parse_args()
-    if args.models:
-        folders = [*map(str, weights.cache_folders()), str(args.models)]
-        os.environ["PROXEMETRY_CACHE"] = os.pathsep.join(folders)
     streets = read_streets(args.data)
     print(check(streets))
     print("n people, mean and median error of depth, mean signed error, how many truths lie in the 90 % interval")

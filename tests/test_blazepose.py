@@ -16,13 +16,14 @@ from proxemetry import weights
 from proxemetry.errors import ModelError, SettingsError
 from proxemetry.photo import Photo
 from proxemetry.pose import PoseOptions, backend_named, lacking
-from proxemetry.pose.blazepose.detectors import Boxes, distinct, merged, overlap, windows_of
+from proxemetry.pose.blazepose.detectors import Boxes, merged, windows_of
 from proxemetry.pose.blazepose.duplicates import agree, are_same, extent_px, is_among
 from proxemetry.pose.blazepose.finder import PersonFinder, _anchors
 from proxemetry.pose.blazepose.landmarks import Candidate
 from proxemetry.pose.blazepose.proposals import in_boxes
 from proxemetry.pose.blazepose.pruning import without_output
 from proxemetry.pose.blazepose.regions import Picture, Region
+from proxemetry.pose.detections import Detections, overlaps, suppressed
 
 SHARED = Path(__file__).resolve().parents[2] / "shared"
 PHOTOS = SHARED / "data" / "photos"
@@ -131,15 +132,13 @@ boxes_px = st.tuples(st.floats(0, 300), st.floats(0, 300), st.floats(1, 200), st
 
 @given(st.lists(st.tuples(boxes_px, st.floats(0.01, 1)), max_size=12), st.floats(0.1, 0.9))
 def test_distinct_boxes_overlap_no_more_than_said_and_every_other_has_a_better_one(rows, most):
-    boxes = Boxes(
-        np.array([b for b, _ in rows]).reshape(-1, 4), np.zeros((len(rows), 0, 2)), np.array([s for _, s in rows])
-    )
-    kept = distinct(boxes, most)
+    boxes = Detections(np.array([b for b, _ in rows]).reshape(-1, 4), np.array([s for _, s in rows]))
+    kept = suppressed(boxes, most)
     assert list(kept.scores) == sorted(kept.scores, reverse=True)
     for k in range(len(kept)):
-        assert (np.delete(overlap(kept.boxes_px[k], kept.boxes_px), k) <= most).all()
+        assert (np.delete(overlaps(kept.boxes_px[k], kept.boxes_px), k) <= most).all()
     for box, score in zip(boxes.boxes_px, boxes.scores, strict=True):
-        shared = overlap(box, kept.boxes_px)
+        shared = overlaps(box, kept.boxes_px)
         assert ((shared > most) & (kept.scores >= score)).any() or (shared > 1 - 1e-9).any()
 
 
@@ -158,14 +157,14 @@ def test_the_detectors_anchors_are_those_of_its_1917_boxes():
 def test_the_first_square_of_a_box_holds_all_of_it(x, y, width, height):
     box = np.array([[x - width / 2, y - height / 2, x + width / 2, y + height / 2]])
     picture = Picture(np.zeros((1000, 1000, 3), np.uint8))
-    (proposal,) = in_boxes(Boxes(box, np.zeros((1, 0, 2)), np.array([0.5])), picture)
+    (proposal,) = in_boxes(Detections(box, np.array([0.5])), picture)
     corners = proposal.squares[0].from_photo(box.reshape(2, 2))
     assert (corners > 0).all() and (corners < 1).all()
     assert len(proposal.squares) >= 2, "who is not found at once has a second chance"
 
 
 def test_nearer_people_are_looked_at_first_where_the_detector_is_as_sure():
-    boxes = Boxes(np.array([[0.0, 0, 10, 30], [50, 0, 100, 150]]), np.zeros((2, 0, 2)), np.array([0.4, 0.4]))
+    boxes = Detections(np.array([[0.0, 0, 10, 30], [50, 0, 100, 150]]), np.array([0.4, 0.4]))
     first, second = in_boxes(boxes, Picture(np.zeros((200, 200, 3), np.uint8)))
     assert first.box_px is not None and first.box_px[0] == 50
     assert second.box_px is not None and second.box_px[0] == 0
@@ -236,7 +235,7 @@ def test_boxes_stand_around_the_labelled_people(embedded):
         assert (boxes.boxes_px[:, :2] < boxes.boxes_px[:, 2:]).all()
         assert (boxes.boxes_px >= 0).all() and (boxes.boxes_px[:, 2:] <= (picture.width, picture.height)).all()
         for label in (p for p in truth["people"] if p["difficulty"] == "clear"):
-            near += bool((overlap(np.array(label["box"], float), boxes.boxes_px) > 0.4).any())
+            near += bool((overlaps(np.array(label["box"], float), boxes.boxes_px) > 0.4).any())
             total += 1
     assert near >= total - 2, (near, total)
 

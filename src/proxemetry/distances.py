@@ -190,9 +190,9 @@ def _drawn(points: FloatArray, covariance: FloatArray) -> FloatArray:
 
 
 def _least_error(lengths: FloatArray, shares: FloatArray) -> FloatArray:
-    """Return for each row of `lengths` (n, draws), in order, with weights `shares`, the least expected relative error.
+    """Return the answer of least expected relative error for each row of `lengths` (n, draws), in order, with weights.
 
-    That answer is the median by the draws' weights over their lengths: |x / d - 1| costs a long answer to a short
+    It is the median by the draws' weights over their lengths: |x / d - 1| costs a long answer to a short
     distance most. Where depth is sure it is the distance between the positions; where it is not, that distance is
     mostly noise.
     """

@@ -11,11 +11,13 @@ import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from .. import weights
 from .folder import is_url, open_filesystem
 from .photos import locate
 
@@ -60,8 +62,7 @@ def sha256_of(location: str) -> str:
     try:
         if is_url(location):
             return hashlib.sha256(open_filesystem(location).cat_file(location)).hexdigest()
-        with open(location, "rb") as file:
-            return hashlib.file_digest(file, "sha256").hexdigest()
+        return weights.sha256_of(Path(location))
     except OSError:
         return ""
 

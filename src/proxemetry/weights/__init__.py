@@ -24,7 +24,6 @@ __all__ = [
     "is_offline", "locate", "model_named", "require", "sha256_of", "verify",
 ]  # fmt: skip
 
-_CHUNK_BYTES = 1 << 20
 _LOG = logging.getLogger("proxemetry")
 
 
@@ -166,11 +165,8 @@ def add(file: str | Path, name: str | None = None) -> LocatedModel:
 
 def sha256_of(path: Path) -> str:
     """Return a file's sha256 in hexadecimal."""
-    digest = hashlib.sha256()
     with path.open("rb") as stream:
-        while chunk := stream.read(_CHUNK_BYTES):
-            digest.update(chunk)
-    return digest.hexdigest()
+        return hashlib.file_digest(stream, "sha256").hexdigest()
 
 
 class open_for_placing:  # noqa: N801 - used as a context, like open()

@@ -23,7 +23,8 @@ from ...people import People
 from ...photo import Photo
 from ...skeleton import BLAZEPOSE_33
 from .. import PoseOptions
-from .detectors import FACE_HEAD, POSE_HEAD, Boxes, Detector
+from ..detections import Detections
+from .detectors import FACE_HEAD, POSE_HEAD, Detector
 from .duplicates import agree, is_among
 from .eyes import PupilFinder
 from .faces import Face, face_of
@@ -100,7 +101,7 @@ class BlazePose:
         people = self._people(picture, search, boxes)
         return people.scaled(photo.width / picture.width, photo.height / picture.height)
 
-    def _boxes(self, picture: Picture) -> Boxes | None:
+    def _boxes(self, picture: Picture) -> Detections | None:
         if self._finder is None:
             return None
         return self._finder.find(
@@ -114,7 +115,7 @@ class BlazePose:
             picture, self._pose, self._face, e.pose_windows, e.face_windows, e.pose_minimum, e.face_minimum
         )
 
-    def _people(self, picture: Picture, search: Search, boxes: Boxes | None) -> People:
+    def _people(self, picture: Picture, search: Search, boxes: Detections | None) -> People:
         faces = [face_of(sighting.candidate, picture, self._face) for sighting in search.sightings]
         for sighting, face in zip(search.sightings, faces, strict=True):
             sighting.face = 0.0 if face is None else face.score
@@ -178,7 +179,7 @@ def _seen_twice(search: Search, seen: Candidate) -> tuple[Candidate, Candidate] 
     return (mirrored, third) if agree(mirrored, third) else None
 
 
-def _support(search: Search, sighting: Sighting, free: Boxes) -> tuple[int, float]:
+def _support(search: Search, sighting: Sighting, free: Detections) -> tuple[int, float]:
     """Return the row of the box that speaks most for this body, and how much: what they share times the box's score.
 
     A box is good for one person: those taken have the score 0. Nothing (row 0) where the body fills no box.

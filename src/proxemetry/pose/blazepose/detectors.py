@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from ..detections import overlaps
 from .networks import Network
 from .regions import Picture
 
@@ -123,20 +124,11 @@ def merged(boxes: Boxes) -> Boxes:
     order = np.argsort(-boxes.scores, kind="stable")
     groups: list[NDArray[np.intp]] = []
     while len(order):
-        same = overlap(boxes.boxes_px[order[0]], boxes.boxes_px[order]) > _MERGE_IOU
+        same = overlaps(boxes.boxes_px[order[0]], boxes.boxes_px[order]) > _MERGE_IOU
         same[0] = True
         groups.append(order[same])
         order = order[~same]
     return mean_of_groups(boxes, groups)
-
-
-def distinct(boxes: Boxes, most_shared: float) -> Boxes:
-    """Return the boxes that share no more than this with any better one (intersection over union), best first."""
-    order, kept = np.argsort(-boxes.scores, kind="stable"), list[int]()
-    while len(order):
-        kept.append(int(order[0]))
-        order = order[1:][overlap(boxes.boxes_px[order[0]], boxes.boxes_px[order[1:]]) <= most_shared]
-    return boxes[np.array(kept, dtype=np.intp)]
 
 
 def mean_of_groups(boxes: Boxes, groups: list[NDArray[np.intp]]) -> Boxes:
@@ -149,11 +141,3 @@ def mean_of_groups(boxes: Boxes, groups: list[NDArray[np.intp]]) -> Boxes:
         np.array([np.tensordot(w, boxes.points_px[rows], 1) for w, rows in zip(weights, groups, strict=True)]),
         np.array([boxes.scores[rows[0]] for rows in groups]),
     )
-
-
-def overlap(box: FloatArray, boxes: FloatArray) -> FloatArray:
-    """Return intersection over union of one box with N boxes, shape (N,)."""
-    low, high = np.maximum(box[:2], boxes[:, :2]), np.minimum(box[2:], boxes[:, 2:])
-    shared = np.clip(high - low, 0, None).prod(axis=1)
-    areas = (boxes[:, 2:] - boxes[:, :2]).prod(axis=1) + (box[2:] - box[:2]).prod()
-    return shared / np.maximum(areas - shared, 1e-9)

@@ -53,7 +53,7 @@ def are_same(a: Candidate, b: Candidate) -> bool:
     """Return whether two candidates are the same person."""
     size_a, size_b = torso_px(a), torso_px(b)
     larger, smaller = max(size_a, size_b), min(size_a, size_b)
-    heads = np.linalg.norm(a.keypoints_px[_FACE].mean(axis=0) - b.keypoints_px[_FACE].mean(axis=0))
+    heads = np.linalg.norm(head_px(a) - head_px(b))
     shoulders = np.linalg.norm(a.keypoints_px[_SHOULDERS].mean(axis=0) - b.keypoints_px[_SHOULDERS].mean(axis=0))
     if similarity(a, b) > _SAME_POSE or (heads < 0.25 * larger and shoulders < 0.45 * larger):
         return True

@@ -12,9 +12,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from ..detections import Detections, joined, suppressed, uncut
 from ..letterbox import Region as Window
 from ..letterbox import tiles, tiles_around
-from .detectors import Boxes, distinct, joined
 from .networks import Network
 from .regions import Picture
 
@@ -31,8 +31,6 @@ _LOWEST_LAYER = ((0.1, 1.0), (0.2, 2.0), (0.2, 0.5))
 _MIDDLE_SCALE, _SIDE_SCALE = 10.0, 5.0
 #: Boxes of one look that overlap by more than this are one person's.
 _SAME_BOX = 0.5
-#: A box that ends this near a tile's edge, as a fraction of the tile, may be cut off there.
-_AT_EDGE = 0.01
 
 
 class PersonFinder:
@@ -44,8 +42,8 @@ class PersonFinder:
 
     def find(
         self, picture: Picture, fractions: tuple[float, ...], *, suspicion: float, threshold: float, guided: bool
-    ) -> Boxes:
-        """Return boxes without points, the best of those that overlap, best first.
+    ) -> Detections:
+        """Return the best of the boxes that overlap, best first.
 
         The whole photo shows everybody whom it suspects, down to `suspicion`. Tiles of the fractions of its longer
         side must reach `threshold`: each is one more chance to be wrong. guided: tiles lie only around suspects.
@@ -56,19 +54,10 @@ class PersonFinder:
             windows = (
                 tiles_around(found[0].boxes_px, width, height, fraction) if guided else tiles(width, height, fraction)
             )
-            found += [self._uncut(picture, window, threshold) for window in windows]
-        return distinct(joined(found), _SAME_BOX)
+            found += [uncut(self._in_window(picture, window, threshold), window, (width, height)) for window in windows]
+        return suppressed(joined(found), _SAME_BOX)
 
-    def _uncut(self, picture: Picture, window: Window, threshold: float) -> Boxes:
-        """Return a tile's boxes but for those that its edges cut, where the photo goes on."""
-        found = self._in_window(picture, window, threshold)
-        low, high = np.array(window[:2], float), np.array(window[2:], float)
-        margin = _AT_EDGE * (high - low).max()
-        inner_low, inner_high = low > 0, high < (picture.width, picture.height)
-        cut = (found.boxes_px[:, :2] < low + margin) & inner_low | (found.boxes_px[:, 2:] > high - margin) & inner_high
-        return found[~cut.any(axis=1)]
-
-    def _in_window(self, picture: Picture, window: Window, threshold: float) -> Boxes:
+    def _in_window(self, picture: Picture, window: Window, threshold: float) -> Detections:
         x0, y0, x1, y1 = window
         side = self._network.side
         canvas, scale, offset = picture.letterboxed((x0, y0, x1 - x0, y1 - y0), side)
@@ -84,7 +73,7 @@ class PersonFinder:
         scores = 1 / (1 + np.exp(-logits[rows].astype(float)))
         placed = (boxes - np.tile(offset, 2)) / scale + (x0, y0, x0, y0)
         placed = placed.clip(0, (picture.width, picture.height) * 2)
-        return distinct(Boxes(placed, np.zeros((len(rows), 0, 2)), scores), _SAME_BOX)
+        return suppressed(Detections(placed, scores), _SAME_BOX)
 
 
 def _anchors(side: int) -> FloatArray:

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ..detections import Detections
 from .detectors import Boxes, Detector, mean_of_groups, merged, windows_of
 from .regions import Picture, Region
 
@@ -45,7 +46,7 @@ class Proposal:
     box_px: FloatArray | None = None
 
 
-def in_boxes(people: Boxes, picture: Picture) -> list[Proposal]:
+def in_boxes(people: Detections, picture: Picture) -> list[Proposal]:
     """Return the squares of a person detector's boxes, best first: of a whole body, else of half a one.
 
     Nearer people come first where scores are alike: what is small is rarely placed well, and a crowd has no end.

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from .detectors import overlap
+from ..detections import overlaps
 from .duplicates import extent_px, similarity
 from .landmarks import Candidate, Landmarks
 from .proposals import Proposal, Windows
@@ -132,10 +132,10 @@ class Search:
     def shared(self, sighting: Sighting, boxes_px: FloatArray) -> FloatArray:
         """Return how much a body shares with each box (N, 4), shape (N,), 0..1; only inside the picture."""
         limits = np.array([self._picture.width, self._picture.height] * 2, dtype=float)
-        return overlap(extent_px(sighting.candidate).clip(0, limits), boxes_px)
+        return overlaps(extent_px(sighting.candidate).clip(0, limits), boxes_px)
 
     def again(self, seen: Candidate, *, mirrored: bool) -> Candidate:
-        """Look once more where the network would look next, at the mirror image; not counted in the budget.
+        """Look once more where the network would look next, at the mirror image or not; not counted in the budget.
 
         The silhouette stays that of the look before.
         """
