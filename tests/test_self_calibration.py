@@ -6,11 +6,13 @@ import math
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from proxemetry.camera import Camera
 from proxemetry.focal import FocalRequest, estimate_camera
 from proxemetry.locate.self_calibration import WIDEST, calibrate, focal_posterior, with_people
-from proxemetry.locate.verticals import direct_solution, segments_of
+from proxemetry.locate.verticals import LEAN_SD, STATURE_CV, direct_solutions, residuals_of, segments_of, tops_of
 from proxemetry.people import People
 from proxemetry.photo import Photo
 from proxemetry.skeleton import COCO_17
@@ -49,12 +51,71 @@ def crowd(
 def test_three_equal_people_give_the_focal_length_directly(f_px: float, pitch_deg: float) -> None:
     height_m = 0.3 if pitch_deg < 0 else 2.8
     segments = segments_of(crowd(f_px, pitch_deg, PLACES[:3], height_m=height_m), WIDTH, HEIGHT)
-    solved = direct_solution(segments, np.arange(3))
-    assert solved is not None
-    log_f, (pitch, roll, log_ratio, *_) = solved
+    (log_f,), ((pitch, roll, log_ratio, *_),) = direct_solutions(segments, np.arange(3)[None])
     assert math.exp(log_f) * WIDTH == pytest.approx(f_px, rel=1e-6)
     assert math.degrees(pitch) == pytest.approx(pitch_deg, abs=1e-4) and roll == pytest.approx(0, abs=1e-6)
     assert math.exp(log_ratio) == pytest.approx(1.7 / height_m, rel=1e-5)
+
+
+def test_triples_are_solved_each_for_itself() -> None:
+    segments = segments_of(crowd(1500, 12, noise_px=1), WIDTH, HEIGHT)
+    triples = np.array([[0, 1, 2], [3, 4, 5], [1, 2, 4]])
+    log_f, parameters = direct_solutions(segments, triples)
+    alone = [direct_solutions(segments, triple[None]) for triple in triples]
+    assert log_f == pytest.approx(np.concatenate([found[0] for found in alone]))
+    assert parameters == pytest.approx(np.vstack([found[1] for found in alone]))
+
+
+SMALL = st.floats(-0.3, 0.3)
+LENGTH = 0.9
+
+
+def top(log_f: float, values: np.ndarray) -> np.ndarray:
+    """Where somebody's top is by plain projection; values: the five parameters, foot, lean to the side and ahead."""
+    pitch, roll, log_ratio, cx, cy, u, v, sideways, onwards = values
+    f, sin, cos = math.exp(log_f), math.sin, math.cos
+    up = np.array([sin(roll) * cos(pitch), -cos(roll) * cos(pitch), -sin(pitch)])
+    side = np.array([cos(roll), sin(roll), 0.0])
+    ray = np.array([(u - cx) / f, (v - cy) / f, 1.0])
+    foot = -ray / (up @ ray)  # one camera height under the camera
+    x, y, z = foot + LENGTH * math.exp(log_ratio) * (up + sideways * side + onwards * np.cross(up, side))
+    return np.array([cx + f * x / z, cy + f * y / z])
+
+
+@given(st.floats(-1.2, 2.3), st.floats(0.02, 0.5), SMALL, st.floats(-2.0, 0.2), st.tuples(SMALL, SMALL, SMALL, SMALL))
+def test_tops_and_their_derivatives_are_those_of_plain_projection(
+    log_f: float, pitch: float, roll: float, log_ratio: float, places: tuple[float, ...]
+) -> None:
+    values = np.array([pitch, roll, log_ratio, *places[:2], places[2], 0.3 + places[3], 0.0, 0.0])
+    found = tops_of(values[None, 5:7], np.array([LENGTH]), np.array([log_f]), values[None, :5])
+    derivatives = np.concatenate([found.by_parameter, found.by_foot, found.by_lean])[..., 0, 0]
+    at = found.at[:, 0, 0]
+    if at[0] == 10.0:  # no camera shows such a person, however little is moved
+        assert not derivatives.any()
+        return
+    assert at == pytest.approx(top(log_f, values), rel=1e-6, abs=1e-9)
+    step = 1e-6
+    numeric = [(top(log_f, values + e) - top(log_f, values - e)) / (2 * step) for e in step * np.eye(9)]
+    assert derivatives == pytest.approx(np.array(numeric), rel=1e-3, abs=1e-5 * (1 + np.abs(derivatives).max() ** 2))
+
+
+def test_residuals_are_whitened_by_what_scatters_them() -> None:
+    segments = segments_of(crowd(1500, 12, noise_px=3), WIDTH, HEIGHT)
+    log_f, at = np.log([0.8, 0.9]), np.array([[0.2, 0.01, -0.5, 0.0, 0.001]] * 2)
+    scatter = np.array([0.4, 1.6])
+    residual, jacobian, log_det = residuals_of(segments, log_f, at, scatter)
+    tops = tops_of(segments.feet, segments.lengths, log_f, at)
+    for g, factor in enumerate(scatter):
+        for n in range(len(segments.rows)):
+            foot, lean = tops.by_foot[:, :, g, n], tops.by_lean[:, :, g, n]
+            stature = tops.by_parameter[2, :, g, n] * STATURE_CV
+            covariance = factor**2 * (foot.T @ foot * segments.feet_sd[n] ** 2 + lean.T @ lean * LEAN_SD**2)
+            covariance += factor**2 * np.eye(2) * segments.tops_sd[n] ** 2 + np.outer(stature, stature)
+            off = tops.at[:, g, n] - segments.tops[n]
+            assert (residual[:, g, n] ** 2).sum() == pytest.approx(off @ np.linalg.solve(covariance, off))
+            assert log_det[g, n] == pytest.approx(np.linalg.slogdet(covariance)[1])
+            slope = tops.by_parameter[:, :, g, n] @ np.linalg.solve(covariance, off)
+            assert jacobian[:, :, g, n] @ residual[:, g, n] == pytest.approx(slope)
 
 
 def test_the_posterior_holds_the_truth() -> None:

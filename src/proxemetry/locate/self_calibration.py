@@ -24,13 +24,13 @@ from ..focal import ASSUMED_FIELD_OF_VIEW
 from ..frame import SD_OF_90, frame_of
 from ..metadata import Metadata
 from ..people import People
-from .verticals import F_RANGE, Segments, direct_solution, distances_of, mahalanobis, residuals_of, segments_of
+from .verticals import F_RANGE, Segments, direct_solutions, distances_of, residuals_of, segments_of
 
 FloatArray = NDArray[np.float64]
 
 #: Photos differ in how still people stand and how well they are seen: factors on lean and keypoint noise, with the
 #: prior probability of each. The people's own scatter about the fit decides between them.
-_SCATTER = ((0.4, 0.3), (0.8, 0.4), (1.6, 0.3))
+_SCATTER, _SCATTER_PRIOR = np.array([0.4, 0.8, 1.6]), np.array([0.3, 0.4, 0.3])
 #: Widest central 90 % interval that is still an answer: plus or minus this part of the focal length.
 WIDEST = 0.30
 _ROLL_SD = 0.035  # two degrees
@@ -103,30 +103,43 @@ def focal_posterior(people: People, width: int, height: int) -> FocalPosterior |
     segments = segments_of(people, width, height)
     if len(segments.rows) < 3:
         return f"{len(segments.rows)} upright people with feet and head in view, and it takes 3"
-    scattered = [(segments.scattered(factor), -math.log(weight)) for factor, weight in _SCATTER]
-    start, agreeing = _consensus(scattered[-1][0])
+    start, agreeing = _consensus(segments)
     if agreeing < 3:
         return "fewer than 3 people agree on how the camera looks"
     log_f = np.linspace(math.log(F_RANGE[0]), math.log(F_RANGE[1]), 40)
-    costs, (best, parameters) = _profiles(scattered, log_f, start)
+    costs, best = _profile(segments, log_f, start)
     low, _, high = _quantiles(log_f, costs)
     if high - low < 8 * math.log1p(WIDEST):  # else no finer grid makes an answer of it
-        fine = np.linspace(best - 0.4, best + 0.4, 33)
-        fine_costs, (best, parameters) = _profiles(scattered, fine, (best, parameters))
+        fine = np.linspace(best.log_f - 0.4, best.log_f + 0.4, 33)
+        fine_costs, best = _profile(segments, fine, best)
         outside = (log_f < fine[0]) | (log_f > fine[-1])
         log_f = np.concatenate([log_f[outside], fine])
         costs = np.concatenate([costs[:, outside], fine_costs], axis=1)
         order = np.argsort(log_f)
         log_f, costs = log_f[order], costs[:, order]
     low, middle, high = _quantiles(log_f, costs)
-    likeliest = scattered[int(np.argmin(costs.min(axis=1)))][0]
-    fits = distances_of(likeliest, best, parameters) < _INLIER
+    likeliest = float(_SCATTER[np.argmin(costs.min(axis=1))])
+    fits = distances_of(segments, best.log_f, best.parameters, likeliest) < _INLIER
     if fits.sum() < 3:
         return "fewer than 3 people agree on how the camera looks"
     upright = np.zeros(len(people), dtype=bool)
     upright[segments.rows[fits]] = True
     f_px, low_px, high_px = (math.exp(value) * segments.long_side_px for value in (middle, low, high))
-    return FocalPosterior(f_px, low_px, high_px, (high - low) / (2 * SD_OF_90), float(parameters[0]), upright)
+    return FocalPosterior(f_px, low_px, high_px, (high - low) / (2 * SD_OF_90), float(best.parameters[0]), upright)
+
+
+@dataclass(frozen=True)
+class _Pose:
+    """A camera: the logarithm of its focal length and the parameters of `verticals.tops_of`, shape (5,)."""
+
+    log_f: float
+    parameters: FloatArray
+
+    def with_focal(self, log_f: FloatArray) -> FloatArray:
+        """Return parameters, shape (G, 5), for other focal lengths that keep the horizon where it is in the photo."""
+        moved = np.tile(self.parameters, (len(log_f), 1))
+        moved[:, 0] = np.arctan(math.exp(self.log_f) * math.tan(self.parameters[0]) / np.exp(log_f))
+        return moved
 
 
 def _quantiles(log_f: FloatArray, costs: FloatArray) -> tuple[float, float, float]:
@@ -143,95 +156,104 @@ def _prior_sd(segments: Segments) -> FloatArray:
     return np.array([1.0, _ROLL_SD, 1.5, segments.principal_sd, segments.principal_sd])
 
 
-def _cost(
-    segments: Segments, parameters: FloatArray, residual: FloatArray, precision: FloatArray, log_det: FloatArray
-) -> FloatArray:
-    """Return the negative log posterior, shape (G,): Student's t for each person, normal priors."""
-    people = (_TAIL + 2) / 2 * np.log1p(mahalanobis(residual, precision) / _TAIL) + log_det / 2
-    return people.sum(axis=1) + ((parameters / _prior_sd(segments)) ** 2).sum(axis=1) / 2
+@dataclass(frozen=True)
+class _Fit:
+    """What people say of G cameras: the cost (negative log posterior), shape (G,), and how it goes down.
+
+    hessian: shape (G, 5, 5), Gauss and Newton's, reweighted. slope: shape (G, 5).
+    """
+
+    cost: FloatArray
+    hessian: FloatArray
+    slope: FloatArray
+
+
+def _fit(segments: Segments, log_f: FloatArray, parameters: FloatArray, scatter: FloatArray) -> _Fit:
+    """Weigh cameras: Student's t for each person, normal priors."""
+    residual, jacobian, log_det = residuals_of(segments, log_f, parameters, scatter)
+    distance, prior = (residual**2).sum(axis=0), 1 / _prior_sd(segments)
+    cost = ((_TAIL + 2) / 2 * np.log1p(distance / _TAIL) + log_det / 2).sum(axis=1)
+    weight = np.sqrt((_TAIL + 2) / (_TAIL + distance))
+    rows = len(log_f)
+    # the priors are residuals as well: five more rows
+    jacobian = np.concatenate(
+        [
+            (jacobian * weight).transpose(2, 1, 3, 0).reshape(rows, -1, 5),
+            np.broadcast_to(np.diag(prior), (rows, 5, 5)),
+        ],
+        axis=1,
+    )
+    residual = np.concatenate([(residual * weight).transpose(1, 0, 2).reshape(rows, -1), parameters * prior], axis=1)
+    transposed = jacobian.transpose(0, 2, 1)
+    return _Fit(
+        cost + ((parameters * prior) ** 2).sum(axis=1) / 2, transposed @ jacobian, (transposed @ residual[..., None])
+    )
 
 
 def _refined(
-    segments: Segments, log_f: FloatArray, parameters: FloatArray, iterations: int = 12
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return parameters, costs and half log determinants of the Hessian after reweighted, damped Gauss-Newton."""
-    information = np.diag(1 / _prior_sd(segments) ** 2)
-    residual, jacobian, precision, log_det = residuals_of(segments, log_f, parameters)
-    cost, damping = _cost(segments, parameters, residual, precision, log_det), np.full(len(log_f), 1e-3)
-    hessian, idle = np.broadcast_to(information, (len(log_f), 5, 5)), 0
+    segments: Segments, log_f: FloatArray, parameters: FloatArray, scatter: FloatArray, iterations: int = 12
+) -> tuple[FloatArray, _Fit]:
+    """Return parameters that fit better, after reweighted, damped Gauss-Newton, and how they fit."""
+    fit, damping, idle = _fit(segments, log_f, parameters, scatter), np.full(len(log_f), 1e-3), 0
     for _ in range(iterations):
-        weight = (_TAIL + 2) / (_TAIL + mahalanobis(residual, precision))
-        weighted = (precision @ jacobian) * weight[..., None, None]
-        hessian = np.einsum("gnij,gnik->gjk", jacobian, weighted) + information
-        slope = np.einsum("gnij,gni->gj", weighted, residual) + parameters @ information
-        damped = hessian + damping[:, None, None] * np.einsum("gii->gi", hessian)[:, :, None] * np.eye(5)
-        trial = parameters - np.linalg.solve(damped, slope[..., None])[..., 0]
-        tried = residuals_of(segments, log_f, trial)
-        trial_cost = _cost(segments, trial, tried[0], tried[2], tried[3])
-        better = trial_cost < cost
+        damped = fit.hessian * (1 + damping[:, None, None] * np.eye(5))
+        trial = parameters - np.linalg.solve(damped, fit.slope)[..., 0]
+        tried = _fit(segments, log_f, trial, scatter)
+        better = tried.cost < fit.cost
         # once may be a damping that was too weak
-        idle = idle + 1 if (cost - trial_cost).max() < _IDLE else 0
-        parameters, cost = np.where(better[:, None], trial, parameters), np.where(better, trial_cost, cost)
-        residual = np.where(better[:, None, None], tried[0], residual)
-        jacobian = np.where(better[:, None, None, None], tried[1], jacobian)
-        precision = np.where(better[:, None, None, None], tried[2], precision)
+        idle = idle + 1 if (fit.cost - tried.cost).max() < _IDLE else 0
+        parameters = np.where(better[:, None], trial, parameters)
+        fit = _Fit(
+            np.where(better, tried.cost, fit.cost),
+            np.where(better[:, None, None], tried.hessian, fit.hessian),
+            np.where(better[:, None, None], tried.slope, fit.slope),
+        )
         damping = np.where(better, damping / 5, damping * 5)
         if idle == 2:
             break
-    return parameters, cost, np.linalg.slogdet(hessian)[1] / 2
+    return parameters, fit
 
 
-def _profiles(
-    scattered: list[tuple[Segments, float]], log_f: FloatArray, start: tuple[float, FloatArray]
-) -> tuple[FloatArray, tuple[float, FloatArray]]:
-    """Return the negative log marginals of log f, shape (scatters, G), and the best log f with its parameters."""
-    found = [_profile(segments, log_f, start) for segments, _ in scattered]
-    costs = np.stack([cost + penalty for (cost, _), (_, penalty) in zip(found, scattered, strict=True)])
-    scatter, at = np.unravel_index(int(np.argmin(costs)), costs.shape)
-    return costs, (float(log_f[at]), found[scatter][1][at])
-
-
-def _profile(segments: Segments, log_f: FloatArray, start: tuple[float, FloatArray]) -> tuple[FloatArray, FloatArray]:
-    """Return the negative log of the marginal posterior, shape (G,), and the best parameters at each, shape (G, 5).
+def _profile(segments: Segments, log_f: FloatArray, start: _Pose) -> tuple[FloatArray, _Pose]:
+    """Return the negative log marginals of log f, shape (scatters, G), and the likeliest camera.
 
     The other parameters are integrated out by Laplace's approximation. Every focal length starts from the horizon
     that the consensus found, and from a fan of pitches besides.
     """
-    starts = [_with_horizon(start, log_f)]
+    starts = [start.with_focal(log_f)]
     for degrees in (-25, -10, -3, 3, 10, 25, 45):
-        fan = np.tile(start[1], (len(log_f), 1))
+        fan = np.tile(start.parameters, (len(log_f), 1))
         fan[:, 0], fan[:, 1] = math.radians(degrees), 0.0
         starts.append(fan)
-    costs = _refined(segments, np.tile(log_f, len(starts)), np.concatenate(starts), iterations=0)[1]
-    costs = costs.reshape(len(starts), -1)
-    chosen = np.argsort(costs, axis=0)[:2]
-    begin = np.stack(starts)[chosen, np.arange(len(log_f))].reshape(-1, 5)
-    parameters, cost, half_log_det = (
-        found.reshape(2, len(log_f), -1) for found in _refined(segments, np.tile(log_f, 2), begin)
-    )
-    better, at = np.argmin(cost[..., 0], axis=0), np.arange(len(log_f))
-    return (cost + half_log_det)[better, at, 0], parameters[better, at]
+    count, scatters = len(log_f), len(_SCATTER)
+    at, fan = np.arange(count), np.stack(starts)
+    shape = (scatters, len(starts), count)
+    costs = _fit(
+        segments, np.tile(log_f, scatters * len(starts)), np.tile(fan.reshape(-1, 5), (scatters, 1)),
+        np.repeat(_SCATTER, len(starts) * count),
+    ).cost.reshape(shape)  # fmt: skip
+    chosen = np.argsort(costs, axis=1)[:, :2]
+    begin = fan[chosen, at].reshape(-1, 5)
+    parameters, fit = _refined(segments, np.tile(log_f, 2 * scatters), begin, np.repeat(_SCATTER, 2 * count))
+    cost = (fit.cost + np.linalg.slogdet(fit.hessian)[1] / 2).reshape(scatters, 2, count)
+    better = np.argmin(fit.cost.reshape(scatters, 2, count), axis=1)
+    s = np.arange(scatters)[:, None]
+    cost = cost[s, better, at] - np.log(_SCATTER_PRIOR)[:, None]
+    parameters = parameters.reshape(scatters, 2, count, 5)[s, better, at]
+    scatter, place = np.unravel_index(int(np.argmin(cost)), cost.shape)
+    return cost, _Pose(float(log_f[place]), parameters[scatter, place])
 
 
-def _with_horizon(start: tuple[float, FloatArray], log_f: FloatArray) -> FloatArray:
-    """Return parameters for other focal lengths that keep the horizon where it is in the photo."""
-    horizon = math.exp(start[0]) * math.tan(start[1][0])
-    moved = np.tile(start[1], (len(log_f), 1))
-    moved[:, 0] = np.arctan(horizon / np.exp(log_f))
-    return moved
-
-
-def _consensus(segments: Segments) -> tuple[tuple[float, FloatArray], int]:
-    """Return the start (log f, parameters) out of triples solved directly that explains people best, and how many."""
+def _consensus(segments: Segments) -> tuple[_Pose, int]:
+    """Return the camera out of triples solved directly that explains people best, and how many."""
     count = len(segments.rows)
-    triples = list(itertools.combinations(range(count), 3))
+    triples = np.array(list(itertools.combinations(range(count), 3)))
     if len(triples) > _MAX_TRIPLES:
-        order = np.random.default_rng(0).permutation(len(triples))[:_MAX_TRIPLES]
-        triples = [triples[i] for i in order]
+        triples = triples[np.random.default_rng(0).permutation(len(triples))[:_MAX_TRIPLES]]
     level = np.array([0.05, 0.0, -0.1, 0.0, 0.0])
-    solved = [(0.0, level), *filter(None, (direct_solution(segments, np.array(t)) for t in triples))]
-    log_f, parameters = np.array([s[0] for s in solved]), np.stack([s[1] for s in solved])
-    parameters, cost, _ = _refined(segments, log_f, parameters, iterations=4)
-    best = int(np.argmin(cost))
-    agreeing = distances_of(segments, float(log_f[best]), parameters[best]) < _INLIER
-    return (float(log_f[best]), parameters[best]), int(agreeing.sum())
+    log_f, parameters = direct_solutions(segments, triples)
+    log_f, parameters = np.append(0.0, log_f), np.vstack([level, parameters])
+    parameters, fit = _refined(segments, log_f, parameters, np.full(len(log_f), _SCATTER[-1]), iterations=4)
+    best = int(np.argmin(fit.cost))
+    agreeing = distances_of(segments, float(log_f[best]), parameters[best], float(_SCATTER[-1])) < _INLIER
+    return _Pose(float(log_f[best]), parameters[best]), int(agreeing.sum())

@@ -5,8 +5,7 @@ All lengths in a photo are in units of its long side, from its middle.
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,7 +33,7 @@ class Segments:
     """People as segments from the ankles' middle up: the photo's middle is the origin, its long side the unit.
 
     rows: shape (N,), rows of `people`. feet, tops: shape (N, 2). lengths: shape (N,), as parts of the stature.
-    feet_sd, tops_sd: shape (N,), per axis. principal_sd: per axis. lean_sd: radians.
+    feet_sd, tops_sd: shape (N,), per axis. principal_sd: per axis.
     """
 
     rows: NDArray[np.intp]
@@ -45,13 +44,6 @@ class Segments:
     tops_sd: FloatArray
     principal_sd: float
     long_side_px: float
-    lean_sd: float = LEAN_SD
-
-    def scattered(self, factor: float) -> Segments:
-        """Return the same people with that much more lean and noise."""
-        return replace(
-            self, feet_sd=self.feet_sd * factor, tops_sd=self.tops_sd * factor, lean_sd=self.lean_sd * factor
-        )
 
 
 def segments_of(people: People, width: int, height: int) -> Segments:
@@ -94,106 +86,125 @@ def _straight(people: People) -> NDArray[np.bool_]:
     return straight
 
 
-def _up(pitch: FloatArray, roll: FloatArray) -> FloatArray:
-    """Up in the camera frame, shape (..., 3); see `bodies.Floor`."""
-    return np.stack([np.sin(roll) * np.cos(pitch), -np.cos(roll) * np.cos(pitch), -np.sin(pitch)], axis=-1)
+@dataclass(frozen=True)
+class Tops:
+    """Where people's tops should be for G focal lengths and camera poses, and what a little more of anything moves.
 
-
-def _predicted(
-    segments: Segments, log_f: FloatArray, parameters: FloatArray, feet: FloatArray, tilt: FloatArray
-) -> FloatArray:
-    """Return where the tops should be, shape (G, N, 2), for G focal lengths and parameters of shape (G, 5).
-
-    Parameters: pitch, roll, log of stature over camera height, principal point. tilt: shape (2,), the lean of every
-    person to the side and towards the camera, radians. With X the foot and n up, n.X = -H, so the top is at
-    X + l S n, which projects like x - (l S / H) (n.x) n for the foot's ray x.
+    at: shape (2, G, N). by_parameter: shape (5, 2, G, N), derivatives by `parameters`. by_foot, by_lean: shape
+    (2, 2, G, N), by the foot's place and by the lean to the side and towards the camera. A foot above the horizon or a
+    top behind the camera is no explanation: such tops come out far away, where nothing moves them.
     """
-    pitch, roll, log_ratio = parameters[:, 0], parameters[:, 1], parameters[:, 2]
-    up = _up(pitch, roll)
-    side = np.stack([np.cos(roll), np.sin(roll), np.zeros_like(roll)], axis=-1)
-    axis = up + tilt[0] * side + tilt[1] * np.cross(up, side)
-    f, centre = np.exp(log_f)[:, None, None], parameters[:, None, 3:5]
-    rays = np.concatenate([(feet - centre) / f, np.ones((len(log_f), len(segments.rows), 1))], axis=-1)
-    depth_below = np.einsum("gni,gi->gn", rays, up)
-    reach = np.exp(log_ratio)[:, None] * segments.lengths * depth_below
-    top = rays - reach[..., None] * axis[:, None, :]
-    # A foot above the horizon or a top behind the camera is no explanation: it comes out far away, and smoothly so.
-    possible = (depth_below < 0) & (top[..., 2] > 1e-3)
-    return np.where(possible[..., None], centre + f * top[..., :2] / np.maximum(top[..., 2:], 1e-3), 10.0)
+
+    at: FloatArray
+    by_parameter: FloatArray
+    by_foot: FloatArray
+    by_lean: FloatArray
+
+
+def tops_of(feet: FloatArray, lengths: FloatArray, log_f: FloatArray, parameters: FloatArray) -> Tops:
+    """Return where the tops of people with given feet (N, 2) and lengths (N,) should be.
+
+    parameters: shape (G, 5): pitch, roll, log of stature over camera height, principal point. With X the foot and n
+    up, n.X = -H, so the top is at X + l S n, which projects like x - (l S / H) (n.x) n for the foot's ray x.
+    """
+    pitch, roll, log_ratio, *centre = parameters.T[:, :, None]
+    f, (sin_p, cos_p), (sin_r, cos_r) = np.exp(log_f)[:, None], _sin_cos(pitch), _sin_cos(roll)
+    # Up in the camera frame (see `bodies.Floor`), and two directions square to it: to the side, and ahead.
+    up, side, ahead = (
+        (sin_r * cos_p, -cos_r * cos_p, -sin_p),
+        (cos_r, sin_r, np.zeros_like(roll)),
+        (sin_p * sin_r, -sin_p * cos_r, cos_p),
+    )
+    x, y = ((feet[:, i] - centre[i]) / f for i in range(2))
+    along_up, along_side, along_ahead = (x * w[0] + y * w[1] + w[2] for w in (up, side, ahead))
+    share = np.exp(log_ratio) * lengths
+    reach = share * along_up
+    depth = 1 - reach * up[2]
+    possible = (along_up < 0) & (depth > 1e-3)
+    scale = np.where(possible, f / np.maximum(depth, 1e-3), 0.0)
+    seen = np.stack([x - reach * up[0], y - reach * up[1]]) / np.maximum(depth, 1e-3)
+
+    def shift(w: tuple[FloatArray, ...]) -> FloatArray:
+        """How the picture moves, shape (2, G, N), with a top that moves along w."""
+        return scale * (np.stack([np.broadcast_to(c, scale.shape) for c in w[:2]]) - seen * w[2])
+
+    upwards, sideways, onwards = shift(up), shift(side), shift(ahead)
+    by_foot = np.eye(2)[:, :, None, None] * (scale / f) - np.stack([share * up[i] / f * upwards for i in range(2)])
+    by_pitch = share * along_ahead * upwards + reach * onwards  # d up / d pitch = -ahead
+    by_roll = -cos_p * (share * along_side * upwards + reach * sideways)  # d up / d roll = cos(pitch) side
+    by_centre = np.eye(2)[:, :, None, None] * possible - by_foot
+    at = np.where(possible, np.stack(centre) + f * seen, 10.0)
+    by_parameter = np.concatenate([np.stack([by_pitch, by_roll, -reach * upwards]), by_centre])
+    return Tops(at, by_parameter, by_foot, np.stack([-reach * sideways, -reach * onwards]))
+
+
+def _sin_cos(angle: FloatArray) -> tuple[FloatArray, FloatArray]:
+    return np.sin(angle), np.cos(angle)
 
 
 def residuals_of(
-    segments: Segments, log_f: FloatArray, parameters: FloatArray
-) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Return residuals (G, N, 2), Jacobian (G, N, 2, 5), precision (G, N, 2, 2), log determinant of its inverse (G, N).
+    segments: Segments, log_f: FloatArray, parameters: FloatArray, scatter: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return whitened residuals (2, G, N), their Jacobian (5, 2, G, N), and the log determinant (G, N) of what whitens.
 
-    The inverse of the precision has the noise of foot and top in it, lean, and how much statures differ.
+    That covariance has the noise of foot and top in it, lean, and how much statures differ. scatter: shape (G,),
+    factors on noise and lean.
     """
-    step, upright, steps = 1e-5, np.zeros(2), np.eye(2) * 1e-5
-    moved = np.concatenate([parameters, *(parameters + step * e for e in np.eye(5))])
-    at, *by_parameter = _predicted(segments, np.tile(log_f, 6), moved, segments.feet, upright).reshape(
-        6, len(log_f), -1, 2
-    )
-    by_foot = [_predicted(segments, log_f, parameters, segments.feet + e, upright) for e in steps]
-    by_lean = [_predicted(segments, log_f, parameters, segments.feet, e) for e in steps]
-    jacobian = (np.stack(by_parameter, axis=-1) - at[..., None]) / step
+    tops = tops_of(segments.feet, segments.lengths, log_f, parameters)
+    factor = scatter[:, None]
     spread = np.concatenate(
         [
-            (np.stack(by_foot, axis=-1) - at[..., None]) * (segments.feet_sd[:, None, None] / step),
-            (np.stack(by_lean, axis=-1) - at[..., None]) * (segments.lean_sd / step),
-            jacobian[..., 2:3] * STATURE_CV,
-        ],
-        axis=-1,
+            tops.by_foot * (factor * segments.feet_sd),
+            tops.by_lean * (factor * LEAN_SD),
+            tops.by_parameter[2:3] * STATURE_CV,
+        ]
     )
-    covariance = spread @ np.swapaxes(spread, -1, -2) + np.eye(2) * segments.tops_sd[:, None, None] ** 2
-    determinant = covariance[..., 0, 0] * covariance[..., 1, 1] - covariance[..., 0, 1] ** 2
-    adjugate = covariance[..., ::-1, ::-1] * np.array([[1.0, -1.0], [-1.0, 1.0]])
-    return at - segments.tops, jacobian, adjugate / determinant[..., None, None], np.log(determinant)
+    (xx, yy), xy = (spread**2).sum(axis=0) + (factor * segments.tops_sd) ** 2, (spread[:, 0] * spread[:, 1]).sum(axis=0)
+    # Cholesky's factor of [[xx, xy], [xy, yy]] is [[a, 0], [b, c]].
+    a = np.sqrt(xx)
+    b = xy / a
+    c = np.sqrt(np.maximum(yy - b**2, (factor * segments.tops_sd) ** 2))  # never less but for rounding
+    white = np.concatenate([(tops.at - segments.tops.T[:, None])[None], tops.by_parameter])
+    white[:, 0] /= a
+    white[:, 1] = (white[:, 1] - b * white[:, 0]) / c
+    return white[0], white[1:], 2 * np.log(a * c)
 
 
-def distances_of(segments: Segments, log_f: float, parameters: FloatArray) -> FloatArray:
+def distances_of(segments: Segments, log_f: float, parameters: FloatArray, scatter: float) -> FloatArray:
     """Return everybody's squared Mahalanobis distance from where one camera would show them, shape (N,)."""
-    residual, _, precision, _ = residuals_of(segments, np.array([log_f]), parameters[None])
-    return mahalanobis(residual, precision)[0]
+    residual, _, _ = residuals_of(segments, np.array([log_f]), parameters[None], np.array([scatter]))
+    return (residual**2).sum(axis=0)[0]
 
 
-def mahalanobis(residual: FloatArray, precision: FloatArray) -> FloatArray:
-    """Return the squared Mahalanobis distances, shape (G, N), of residuals (G, N, 2)."""
-    return np.einsum("gni,gnij,gnj->gn", residual, precision, residual)
+def direct_solutions(segments: Segments, rows: NDArray[np.intp]) -> tuple[FloatArray, FloatArray]:
+    """Solve for the camera from groups of people of one stature, linearly: rows of shape (T, n), n people each.
 
-
-def direct_solution(segments: Segments, rows: NDArray[np.intp]) -> tuple[float, FloatArray] | None:
-    """Solve for the camera from a few people of one stature, linearly; None where they leave no camera.
-
+    Return log f and parameters, shapes (S,) and (S, 5), of the S <= T groups that leave a camera, in their order.
     Each top is where the foot's point and the vertical vanishing point z mix: d t = e b + l z, with e the foot's
     depth in statures (Fei et al., ICCV 2021). t x (e b + l z) = 0 is linear in z and all e. The floor then says
     z_1 b_1 / f^2 + z_2 b_2 / f^2 + z_3 = c / e, which is linear in 1 / f^2 and c.
     """
-    count = len(rows)
-    feet = np.column_stack([segments.feet[rows], np.ones(count)])
-    tops = np.column_stack([segments.tops[rows], np.ones(count)])
-    system = np.zeros((3 * count, count + 3))
-    for i in range(count):
-        system[3 * i : 3 * i + 3, i] = np.cross(tops[i], feet[i])
-        system[3 * i : 3 * i + 3, count:] = segments.lengths[rows[i]] * _cross_matrix(tops[i])
-    solution = np.linalg.svd(system)[2][-1]
-    depths, vanishing = solution[:count], solution[count:]
-    if depths.sum() < 0:
-        depths, vanishing = -depths, -vanishing
-    if (depths <= 0).any():
-        return None
-    floor = np.column_stack([feet[:, :2] @ vanishing[:2], -1 / depths])
-    inverse_f2, offset = np.linalg.lstsq(floor, np.full(count, -vanishing[2]), rcond=None)[0]
-    if not F_RANGE[0] ** 2 < 1 / max(inverse_f2, 1e-9) < (2 * F_RANGE[1]) ** 2 or offset >= 0:
-        return None
-    f = 1 / math.sqrt(inverse_f2)
-    up = vanishing / (f, f, 1.0)
-    stature = float(np.linalg.norm(up))
-    up = up / stature
-    pitch, roll = math.asin(np.clip(-up[2], -1, 1)), math.atan2(up[0], -up[1])
+    groups, count = rows.shape
+    one = np.ones((groups, count, 1))
+    feet = np.concatenate([segments.feet[rows], one], axis=-1)
+    tops = np.concatenate([segments.tops[rows], one], axis=-1)
+    system = np.zeros((groups, count, 3, count + 3))
+    person = np.arange(count)
+    system[:, person, :, person] = np.cross(tops, feet).transpose(1, 0, 2)
+    system[..., count:] = segments.lengths[rows][..., None, None] * np.cross(tops[..., None, :], -np.eye(3))
+    solution = np.linalg.svd(system.reshape(groups, 3 * count, count + 3))[2][:, -1]
+    solution = solution * np.where(solution[:, :count].sum(axis=1) < 0, -1.0, 1.0)[:, None]
+    ahead = (solution[:, :count] > 0).all(axis=1)
+    depths, vanishing, feet = solution[ahead, :count], solution[ahead, count:], feet[ahead]
+    floor = np.stack([np.einsum("tni,ti->tn", feet[..., :2], vanishing[:, :2]), -1 / depths], axis=-1)
+    fitted = np.linalg.pinv(floor) @ np.broadcast_to(-vanishing[:, 2, None, None], (*depths.shape, 1))
+    inverse_f2, offset = np.maximum(fitted[:, 0, 0], 1e-9), fitted[:, 1, 0]
+    seen = (F_RANGE[0] ** 2 < 1 / inverse_f2) & (1 / inverse_f2 < (2 * F_RANGE[1]) ** 2) & (offset < 0)
+    f = 1 / np.sqrt(inverse_f2[seen])
+    up = vanishing[seen] / np.column_stack([f, f, np.ones_like(f)])
+    stature = np.linalg.norm(up, axis=1)
+    up = up / stature[:, None]
+    pitch, roll = np.arcsin(np.clip(-up[:, 2], -1, 1)), np.arctan2(up[:, 0], -up[:, 1])
     # n.X = -H with X = e K^-1 b and S n = K^-1 z gives S H = -c: so S / H = S^2 / (S H).
-    return math.log(f), np.array([pitch, roll, math.log(stature**2 / -offset), 0.0, 0.0])
-
-
-def _cross_matrix(a: FloatArray) -> FloatArray:
-    return np.array([[0.0, -a[2], a[1]], [a[2], 0.0, -a[0]], [-a[1], a[0], 0.0]])
+    nothing = np.zeros_like(f)
+    return np.log(f), np.column_stack([pitch, roll, np.log(stature**2 / -offset[seen]), nothing, nothing])
