@@ -102,6 +102,9 @@ class Bodies:
     def __len__(self) -> int:
         return len(self.positions_m)
 
+    def __repr__(self) -> str:
+        return f"Bodies({int(self.placed.sum())} of {len(self)} people placed by {self.method or 'no method'})"
+
     @property
     def placed(self) -> NDArray[np.bool_]:
         """Shape (P,): who has a position."""

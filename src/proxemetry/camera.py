@@ -29,7 +29,7 @@ class Camera:
     `principal_sd_px` that of the principal point in pixels (a crop's is unknown). `source` says where the focal
     length came from.
 
-    Raises CameraError where a focal length or a size is not a positive finite number.
+    Raises CameraError where a focal length or a size is not a positive finite number, or a standard deviation negative.
     """
 
     fx: float
@@ -51,6 +51,9 @@ class Camera:
         for name in ("cx", "cy", "focal_rel_sd", "principal_sd_px"):
             if not math.isfinite(getattr(self, name)):
                 raise CameraError(f"camera {name} is {getattr(self, name)}: it must be a finite number")
+        for name in ("focal_rel_sd", "principal_sd_px"):
+            if getattr(self, name) < 0:
+                raise CameraError(f"camera {name} is {getattr(self, name)}: a standard deviation is 0 or more")
         if len(self.distortion) != 5 or not all(map(math.isfinite, self.distortion)):
             raise CameraError(f"camera distortion is {self.distortion}: it must be five finite numbers k1 k2 p1 p2 k3")
 

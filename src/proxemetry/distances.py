@@ -64,6 +64,10 @@ class Distances:
     def __len__(self) -> int:
         return len(self.distance_m)
 
+    def __repr__(self) -> str:
+        where = "on the ground" if self.on_ground else "in space"
+        return f"Distances({self.below(math.inf)} of {len(self) * (len(self) - 1) // 2} pairs, {where})"
+
     def pairs(self) -> list[tuple[int, int]]:
         """Return every pair (a, b) with a < b, placed or not."""
         return [(a, b) for a in range(len(self)) for b in range(a + 1, len(self))]
@@ -122,7 +126,9 @@ def measure_distances(bodies: Bodies) -> Distances:
         flat, straight = np.linalg.norm(gap @ plane.T, axis=-1), np.linalg.norm(gap, axis=-1)
         distance[i, j] = _least_error(lengths, shares) if bodies.method in LEAST_ERROR_METHODS else flat
         spatial[i, j] = np.sqrt(distance[i, j] ** 2 + np.maximum(straight**2 - flat**2, 0.0))
-        low[i, j], high[i, j] = _shortest_intervals(lengths, shares)
+        shortest, longest = _shortest_intervals(lengths, shares)
+        # Where a distance is all noise, that between the positions is shorter than nine in ten: no answer lies outside.
+        low[i, j], high[i, j] = np.minimum(shortest, distance[i, j]), np.maximum(longest, distance[i, j])
         edges = np.searchsorted(ZONE_LIMITS_M, lengths, side="right")
         for k in range(len(ZONES)):
             zones[i, j, k] = ((edges == k) * shares).sum(axis=1)

@@ -16,7 +16,7 @@ import numpy as np
 from . import __version__
 from .bodies import Bodies
 from .camera import Camera, CameraEstimate
-from .errors import SettingsError
+from .errors import CameraError, PhotoError, SettingsError
 from .focal import FocalRequest, estimate_camera
 from .locate import METHODS, LocateSettings, method_named
 from .locate.self_calibration import with_people
@@ -103,11 +103,12 @@ def measure(
     photo: a file, upright RGB pixels of shape (H, W, 3), or a `Photo`. pose: a back end or its name. camera: what is
     known of it, before what the photo's metadata say. method and camera take precedence over `settings`.
 
-    Raises PhotoError where the photo cannot be read, CameraError, ModelError or SettingsError where what is asked for
-    cannot be had. A photo without a known focal length is no error: its scene lists the people, and says why.
+    Raises PhotoError where the photo cannot be read, KeypointsError where a back end's answer is malformed,
+    CameraError, ModelError or SettingsError where what is asked for cannot be had. A photo without a known focal length
+    is no error: its scene lists the people, and says why.
     """
     started = time.perf_counter()
-    settings = settings or Settings()
+    settings = _checked_settings(settings or Settings())
     settings = replace(
         settings,
         method=method or settings.method,
@@ -128,7 +129,13 @@ def measure(
 def place(
     name: str, sha256: str, width: int, height: int, people: People, estimate: CameraEstimate, settings: Settings
 ) -> Scene:
-    """Return the scene of people already found with a camera already chosen: the last two stages alone."""
+    """Return the scene of people already found with a camera already chosen: the last two stages alone.
+
+    Raises CameraError where the camera is of a photo of another size, SettingsError where the settings speak of people
+    who are not there.
+    """
+    _check_size(estimate.camera, width, height)
+    _check_rows(settings.locate, len(people))
     bodies, status, reason = _locate(people, estimate, settings)
     return Scene(
         name, sha256, width, height, status, reason, estimate, people, bodies,
@@ -137,12 +144,17 @@ def place(
 
 
 def remeasure(
-    scene: Scene, settings: Settings, *, people: People | None = None, camera: CameraEstimate | None = None
+    scene: Scene, settings: Settings, *, people: People | None = None, camera: Camera | CameraEstimate | None = None
 ) -> Scene:
-    """Return a scene placed anew with corrected people, camera or settings; the photo is not looked at."""
+    """Return a scene placed anew with corrected people, camera or settings; the photo is not looked at.
+
+    Raises what `place` raises.
+    """
+    settings = _checked_settings(settings)
+    estimate = CameraEstimate(camera) if isinstance(camera, Camera) else camera or scene.camera
     fresh = place(
         scene.photo, scene.sha256, scene.width_px, scene.height_px,
-        scene.people if people is None else people, camera or scene.camera, settings,
+        scene.people if people is None else people, estimate, settings,
     )  # fmt: skip
     made_by = replace(scene.made_by, method=settings.method, settings=settings.to_dict())
     return replace(fresh, made_by=made_by, about=scene.about, seconds=scene.seconds)
@@ -151,7 +163,42 @@ def remeasure(
 def _opened(photo: str | Path | RGBArray | Photo) -> Photo:
     if isinstance(photo, Photo):
         return photo
-    return Photo.from_array(photo) if isinstance(photo, np.ndarray) else Photo.open(photo)
+    if isinstance(photo, np.ndarray):
+        return Photo.from_array(photo)
+    if not isinstance(cast(object, photo), str | Path):
+        raise PhotoError(
+            f"a photo is a path, upright RGB pixels of shape (H, W, 3) or a Photo, not {type(photo).__name__}: of a "
+            "PIL image give its file, or numpy.asarray(image.convert('RGB')), which says nothing of the lens"
+        )
+    return Photo.open(photo)
+
+
+def _checked_settings(settings: Settings) -> Settings:
+    if not isinstance(cast(object, settings), Settings):
+        raise SettingsError(
+            f"settings must be a Settings, not {type(settings).__name__}: Settings(locate=..., focal=...)"
+        )
+    return settings
+
+
+def _check_size(camera: Camera | None, width: int, height: int) -> None:
+    """Refuse the camera of a larger or smaller copy: every distance would be off by their ratio."""
+    if camera is not None and (camera.width, camera.height) != (width, height):
+        raise CameraError(
+            f"the camera is of {camera.width} x {camera.height} pixels, the photo of {width} x {height}: give "
+            f"camera.resized({width}, {height}) if the photo was resized, camera.cropped(...) if it was cropped"
+        )
+
+
+def _check_rows(settings: LocateSettings, count: int) -> None:
+    """Refuse what is stated of people by row where the rows are not those of the people."""
+    if settings.body_sizes is not None and len(settings.body_sizes) != count:
+        raise SettingsError(
+            f"body_sizes has {len(settings.body_sizes)} entries for {count} people: one each, None for most"
+        )
+    beyond = sorted(row for row in settings.off_floor if not 0 <= row < count)
+    if beyond:
+        raise SettingsError(f"off_floor names person {beyond[0]}, but there are {count} people, counted from 0")
 
 
 def _backend(pose: str | PoseBackend | Callable[..., Any]) -> PoseBackend:
@@ -161,6 +208,11 @@ def _backend(pose: str | PoseBackend | Callable[..., Any]) -> PoseBackend:
         return backend_named(pose)
     if hasattr(pose, "detect"):
         return cast(PoseBackend, pose)
+    if not callable(cast(object, pose)):
+        hint = "; people found before are given as lambda pixels: people" if isinstance(pose, People) else ""
+        raise SettingsError(
+            f"pose must be a back end's name, a back end or a function of pixels, not {type(pose).__name__}{hint}"
+        )
     from .pose.callables import CallableBackend
 
     return CallableBackend(cast(Callable[[RGBArray], Any], pose))

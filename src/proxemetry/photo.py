@@ -62,6 +62,8 @@ class Photo:
         """Return a photo of upright RGB pixels of shape (H, W, 3), uint8; raises PhotoError for any other."""
         if pixels.ndim != 3 or pixels.shape[2] != 3 or pixels.dtype != np.uint8:
             raise PhotoError(f"{name}: pixels must be uint8 of shape (H, W, 3), not {pixels.dtype} {pixels.shape}")
+        if not pixels.size:
+            raise PhotoError(f"{name}: a photo of {pixels.shape[1]} x {pixels.shape[0]} pixels has nothing to see")
         frozen = pixels.view()
         frozen.setflags(write=False)
         digest = hashlib.sha256(np.ascontiguousarray(pixels).tobytes()).hexdigest()

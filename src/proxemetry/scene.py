@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from .bodies import Bodies, Floor, Mode
 from .camera import Camera, CameraEstimate, Candidate
 from .distances import Distances, measure_distances
-from .errors import OutputError
+from .errors import OutputError, ProxemetryError
 from .people import People
 from .skeleton import COCO_17, skeleton_named
 
@@ -116,7 +116,12 @@ class Scene:
             raise OutputError(f"not a scene of proxemetry ({error})") from error
         if schema != SCHEMA:
             raise OutputError(f"scene of schema {schema!r}: this version reads {SCHEMA!r}; install a newer proxemetry")
-        return _scene_from_dict(fields)
+        try:
+            return _scene_from_dict(fields)
+        except KeyError as error:
+            raise OutputError(f"not a scene of proxemetry ({error} is missing)") from error
+        except (ValueError, TypeError, AttributeError, ProxemetryError) as error:
+            raise OutputError(f"not a scene of proxemetry ({error})") from error
 
 
 def _numbers(array: FloatArray) -> list[Any]:

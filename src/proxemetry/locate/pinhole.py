@@ -90,7 +90,7 @@ def locate_combined(people: People, camera: Camera, settings: LocateSettings) ->
 
 
 def _locate(method: str, cues: tuple[str, ...], people: People, camera: Camera, settings: LocateSettings) -> Bodies:
-    unknown = settings.quirks - set(QUIRKS)
+    unknown = set(settings.quirks) - set(QUIRKS)
     if unknown:
         raise SettingsError(f"quirk {sorted(unknown)[0]!r} is unknown: use some of {', '.join(QUIRKS)}")
     camera = camera.without_distortion()
