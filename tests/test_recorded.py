@@ -15,6 +15,7 @@ from proxemetry.focal import FocalRequest
 from proxemetry.measure import measure
 from proxemetry.photo import Photo
 from proxemetry.pose import backend_named
+from proxemetry.pose.callables import people_from
 from proxemetry.pose.recorded import Recorded
 from proxemetry.skeleton import BODY_25, COCO_17, HALPE_26
 
@@ -140,12 +141,101 @@ def test_a_results_file_names_only_photos_with_somebody(tmp_path):
     assert len(recorded.detect(Photo("other.jpg", 640, 480, ""))) == 0
 
 
-def test_an_image_id_is_the_number_at_the_end_of_the_name(tmp_path):
-    path = _written(tmp_path, "r.json", [{"image_id": 192, "keypoints": FLAT, "score": 3.5}])
-    people = Recorded(path).detect(Photo("COCO_val2014_000000000192.jpg", 640, 480, ""))
-    assert len(people) == 1
-    assert people.person_scores[0] == pytest.approx(0.9)  # 3.5 is no probability
-    assert len(Recorded(path).detect(Photo("COCO_val2014_000000000193.jpg", 640, 480, ""))) == 0
+def test_a_photo_that_a_results_file_does_not_name_says_so(tmp_path):
+    recorded = Recorded(_written(tmp_path, *FILES["COCO results"]))
+    scene = measure(Photo("other.jpg", 640, 480, ""), pose=recorded, camera=FocalRequest(focal_px=500))
+    assert scene.status == "ok"
+    assert scene.reason is not None
+    assert scene.reason.startswith("nobody recorded: results.json names only photos with somebody (")
+    listed = Recorded(_written(tmp_path, "k.json", _own(people=[])))
+    assert measure(PHOTO, pose=listed, camera=FocalRequest(focal_px=500)).reason == "nobody found"
+
+
+@pytest.mark.parametrize("image_id", [192, "192", "000000000192"])
+def test_an_image_id_is_the_number_that_a_photo_is_called_by(tmp_path, image_id):
+    path = _written(tmp_path, "r.json", [{"image_id": image_id, "keypoints": FLAT, "score": 3.5}])
+    for name in ("192.jpg", "a/000000000192.png", "COCO_val2014_000000000192.jpg"):
+        people = Recorded(path).detect(Photo(name, 640, 480, ""))
+        assert len(people) == 1
+        assert people.person_scores[0] == pytest.approx(0.9)  # 3.5 is no probability
+    # a camera's counter, a frame of a film and another photo are not called by an id
+    for name in ("IMG_0192.jpg", "2021_03_192.jpg", "film-192.jpg", "COCO_val2014_000000000193.jpg"):
+        assert len(Recorded(path).detect(Photo(name, 640, 480, ""))) == 0
+
+
+def test_ids_of_annotations_may_be_numbers_or_text(tmp_path):
+    content = _coco_annotations()
+    content["images"][0]["id"] = "7"
+    assert len(Recorded(_written(tmp_path, "k.json", content)).detect(PHOTO)) == 1
+
+
+def test_annotations_of_no_image_or_of_two_are_refused(tmp_path):
+    content = _coco_annotations()
+    content["images"][0]["id"] = 99
+    with pytest.raises(KeypointsError, match="no annotation's image_id is among"):
+        Recorded(_written(tmp_path, "k.json", content))
+    content["images"][0]["id"] = 8
+    with pytest.raises(KeypointsError, match=r"images\[1\]: id 8 is another image's already"):
+        Recorded(_written(tmp_path, "k.json", content))
+
+
+def test_an_annotation_without_keypoints_is_nobody(tmp_path):
+    content = _coco_annotations()
+    content["annotations"].append({"image_id": 7, "keypoints": [], "bbox": [0, 0, 9, 9]})
+    assert len(Recorded(_written(tmp_path, "k.json", content)).detect(PHOTO)) == 1
+
+
+@pytest.mark.parametrize(("count", "skeleton"), [(133, COCO_17), (136, HALPE_26)])
+def test_of_a_whole_body_the_body_is_taken(tmp_path, count, skeleton):
+    rest = [[300.0, 300.0, 0.5]] * (count - 17)
+    path = _written(tmp_path, "k.json", [{"image_id": "one", "keypoints": [*ROWS, *rest], "score": 0.8}])
+    people = Recorded(path).detect(PHOTO)
+    assert people.skeleton == skeleton
+    expected = Recorded(_written(tmp_path, *FILES["COCO results"])).detect(PHOTO)
+    np.testing.assert_allclose(people.keypoints_px[:, :17], expected.keypoints_px)
+    answer = people_from(np.array([[*ROWS, *rest]]))
+    assert answer.skeleton == skeleton
+    np.testing.assert_allclose(answer.scores, people.scores)
+
+
+@pytest.mark.parametrize("kind", ["own", "COCO results", "MMPose", "Ultralytics"])
+def test_fractions_are_refused_whoever_wrote_them(tmp_path, kind):
+    rows = [[x / 640, y / 480, s] for x, y, s in ROWS]
+    points = {"x": [r[0] for r in rows], "y": [r[1] for r in rows], "visible": [r[2] for r in rows]}
+    corners = {"x1": 0.1, "y1": 0.1, "x2": 0.5, "y2": 0.8}
+    content = {
+        "own": _own(people=[{"keypoints": rows}]),
+        "COCO results": [{"image_id": "one", "keypoints": rows}],
+        "MMPose": [{"keypoints": [r[:2] for r in rows], "keypoint_scores": [r[2] for r in rows]}],
+        "Ultralytics": [{"box": corners, "keypoints": points}],
+    }[kind]
+    with pytest.raises(KeypointsError, match=r"one.*: coordinates are fractions, not pixels"):
+        Recorded(_written(tmp_path, "one.json", content))
+    stated = Recorded(_written(tmp_path, "k.json", _own(width=1, height=1, people=[{"keypoints": rows}])))
+    np.testing.assert_allclose(stated.detect(PHOTO).keypoints_px[0, 0], XY[0])
+
+
+def test_keypoints_of_a_larger_copy_are_refused_where_no_size_is_stated(tmp_path):
+    far = [[x + 900, y, s] if s else [0, 0, 0] for x, y, s in ROWS]
+    recorded = Recorded(_written(tmp_path, "r.json", [{"image_id": "one", "keypoints": k} for k in (FLAT, far)]))
+    with pytest.raises(KeypointsError, match=r"person 1 in .* lies wholly outside its 640 x 480 pixels"):
+        recorded.detect(PHOTO)
+    cut = [[x - 500, y, s] if s else [0, 0, 0] for x, y, s in far]  # by the edge, as a detector may guess
+    assert len(Recorded(_written(tmp_path, "r.json", [{"image_id": "one", "keypoints": cut}])).detect(PHOTO)) == 1
+
+
+def test_a_box_that_is_none_is_the_keypoints_bounds(tmp_path):
+    person = {"keypoints": ROWS, "box": [float("nan")] * 4}
+    people = Recorded(_written(tmp_path, "k.json", _own(people=[person]))).detect(PHOTO)
+    assert np.isfinite(people.boxes_px).all()
+
+
+def test_what_a_mac_leaves_beside_the_files_is_passed_over(tmp_path):
+    folder = tmp_path / "poses"
+    folder.mkdir()
+    (folder / "one_keypoints.json").write_text(json.dumps({"people": []}))
+    (folder / "._one_keypoints.json").write_bytes(b"\x00\x05\x16\x07\xff")
+    assert Recorded(folder).photos == ("one",)
 
 
 @given(factor=st.floats(0.1, 4))
@@ -260,6 +350,7 @@ def test_the_same_file_name_in_two_folders_is_two_photos(tmp_path):
         ("k.json", "3", "no keypoints in it"),
         ("k.json", {"images": 3}, "'images' must be a list"),
         ("k.json", {"skeleton": "coco17", "images": [{"people": []}]}, r"images\[0\]: 'filename' is missing"),
+        ("k.json", _own(filename=None), r"images\[0\]: 'filename' is None"),
         ("k.json", {"images": []}, "'skeleton' is missing"),
         ("k.json", {"skeleton": "octopus", "images": []}, "octopus"),
         ("k.json", _own(people=[{"keypoints": ROWS[:16]}]), r"images\[0\].*16 keypoints.*coco17 has 17"),

@@ -123,6 +123,8 @@ def measure(
     made_by = Provenance(__version__, settings.method, backend.name, dict(backend.models), settings.to_dict())
     about = photo.metadata.about()
     scene = place(photo.name, photo.sha256, photo.width, photo.height, people, estimate, settings)
+    if scene.status == "ok" and not len(people):
+        scene = replace(scene, reason=_why_nobody(backend, photo) or scene.reason)
     return replace(scene, made_by=made_by, about=about, seconds=time.perf_counter() - started)
 
 
@@ -222,6 +224,12 @@ def _recorded_camera(backend: PoseBackend, photo: Photo, settings: Settings) -> 
     """Return the camera that a keypoint file gives for the photo, unless the user states one for the run."""
     camera_of = getattr(backend, "camera_of", None)
     return camera_of(photo) if camera_of is not None and settings.focal == FocalRequest() else None
+
+
+def _why_nobody(backend: PoseBackend, photo: Photo) -> str | None:
+    """Return what a back end that does not look at the photo has to say of its emptiness."""
+    why_nobody = getattr(backend, "why_nobody", None)
+    return why_nobody(photo) if why_nobody is not None else None
 
 
 def _estimate(

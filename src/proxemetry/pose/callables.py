@@ -23,6 +23,13 @@ FloatArray = NDArray[np.float64]
 
 #: The skeleton that a number of keypoints stands for where nothing is stated.
 BY_COUNT = {len(s): s for s in (COCO_17, HALPE_26, BODY_25, BLAZEPOSE_33)}
+#: Whole bodies begin with a known skeleton: COCO-WholeBody's 133 keypoints and Halpe's 136; hands and face follow.
+WHOLE_BODIES = {133: COCO_17, 136: HALPE_26}
+
+
+def skeleton_of(count: int) -> Skeleton | None:
+    """Return the skeleton that `count` keypoints are, or begin with; None where none is known."""
+    return BY_COUNT.get(count) or WHOLE_BODIES.get(count)
 
 
 class CallableBackend:
@@ -89,7 +96,8 @@ def people_from(answer: object, skeleton: Skeleton | None = None, origin: str = 
     if keypoints.shape[2] == 3 and scores is None:
         scores = keypoints[..., 2]
     keypoints = keypoints[..., :2]
-    skeleton = skeleton or BY_COUNT.get(keypoints.shape[1])
+    if skeleton is None and (skeleton := skeleton_of(keypoints.shape[1])) is not None:
+        keypoints, scores = keypoints[:, : len(skeleton)], None if scores is None else scores[:, : len(skeleton)]
     if skeleton is None or len(skeleton) != keypoints.shape[1]:
         raise KeypointsError(f"{origin}: {keypoints.shape[1]} keypoints are no skeleton that is known; state which")
     if scores is None:

@@ -9,6 +9,8 @@ from dataclasses import replace
 from pathlib import Path, PurePosixPath
 from types import MappingProxyType
 
+import numpy as np
+
 from ..camera import Camera
 from ..errors import KeypointsError, PhotoError, SettingsError
 from ..people import People
@@ -19,13 +21,15 @@ from .formats import Recording, read
 
 #: How far the aspect ratios of a photo and of the photo in the file may be apart: what rounding a resize makes.
 _ASPECT_TOLERANCE = 0.02
+#: COCO's photos are called by their id. Numbers at the end of other names count something else.
+_COCO_NAME = re.compile(r"(?:^|^COCO_\w+_)(\d+)$")
 
 
 class Recorded:
     """Keypoints of a file or folder (see `formats`), found again by the photo's name.
 
     A photo is the recording of the same name, else of the same file name, else of the same name without ending, else
-    of COCO's image id where that is the number at the end of its name.
+    of COCO's image id where that is its name: 139.jpg, 000000000139.jpg, or COCO_val2014_000000000139.jpg.
     """
 
     def __init__(self, path: str | Path) -> None:
@@ -76,6 +80,7 @@ class Recorded:
             raise KeypointsError(f"{photo.name}: not among the {len(self._by_name)} photos of {self._path}")
         people = recording.people if len(recording.people) else People.none(self.skeleton)
         if recording.width is None or recording.height is None:
+            self._refuse_larger(people, photo)
             return people
         if recording.width > 1 and not _same_shape(recording, photo):
             raise KeypointsError(
@@ -84,10 +89,30 @@ class Recorded:
             )
         return people.scaled(photo.width / recording.width, photo.height / recording.height)
 
+    def why_nobody(self, photo: Photo) -> str | None:
+        """Return what to say of a photo that the file does not name, None where it does: is it this photo's file?"""
+        if self._recording(photo.name) is not None:
+            return None
+        listed = ", ".join(self.photos[:2]) + (", ..." if len(self.photos) > 2 else "")
+        return (
+            f"nobody recorded: {self._path.name} names only photos with somebody ({listed or 'none'}), and not this one"
+        )
+
+    def _refuse_larger(self, people: People, photo: Photo) -> None:
+        """Refuse pixels of a larger copy where no size is stated: nobody is seen wholly outside a photo."""
+        for number, points in enumerate(people.keypoints_px):
+            seen = points[np.isfinite(points).all(axis=-1)]
+            if not len(seen) or (seen <= (photo.width, photo.height)).all(axis=-1).any():
+                continue
+            raise KeypointsError(
+                f"{photo.name}: person {number} in {self._path} lies wholly outside its {photo.width} x "
+                f"{photo.height} pixels: the keypoints are another photo's, or a larger copy's; state its size there"
+            )
+
     def _recording(self, name: str) -> Recording | None:
         path = PurePosixPath(name.replace("\\", "/"))
         found = self._by_name.get(str(path)) or self._by_base.get(path.name) or self._by_stem.get(path.stem)
-        if found is None and (digits := re.search(r"(\d+)$", path.stem)):
+        if found is None and (digits := _COCO_NAME.search(path.stem)):
             found = self._by_number.get(int(digits[1]))
         return found
 

@@ -10,13 +10,13 @@ from typing import Any, cast
 
 from ...errors import KeypointsError
 from . import coco, openpose, own, toolboxes
-from .recording import Recording
+from .recording import Recording, naming, refuse_fractions
 
 __all__ = ["Recording", "Recordings", "read"]
 
 _KINDS = (
     "our own, COCO annotations or results, OpenPose, MMPose, ViTPose and Ultralytics files are known; "
-    "see the documentation of recorded keypoints"
+    "docs/backends.md shows them"
 )
 
 
@@ -38,11 +38,18 @@ def read(path: str | Path) -> Recordings:
         return _folder(path)
     if path.suffix.lower() == ".txt":
         return Recordings((toolboxes.read_ultralytics_text(str(path), path.stem, _text(path)),))
-    return _file(path)
+    recordings = _file(path)
+    with naming(str(path)):
+        for recording in recordings.photos:
+            refuse_fractions(recording)
+    return recordings
 
 
 def _folder(folder: Path) -> Recordings:
-    files = sorted(folder.glob(f"*{openpose.ENDING}")) or sorted(folder.glob("*.json")) or sorted(folder.glob("*.txt"))
+    endings = (openpose.ENDING, ".json", ".txt")
+    # a Mac leaves a file ._NAME beside each NAME on other systems' disks
+    kinds = (sorted(p for p in folder.glob(f"*{ending}") if not p.name.startswith(".")) for ending in endings)
+    files = next((found for found in kinds if found), None)
     if not files:
         raise KeypointsError(f"{folder}: no keypoint files in it; {_KINDS}")
     found = [read(file) for file in files]

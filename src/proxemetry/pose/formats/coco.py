@@ -10,9 +10,7 @@ import numpy as np
 
 from ...errors import KeypointsError
 from ...people import People
-from ...skeleton import COCO_17, Skeleton
-from ..callables import BY_COUNT
-from .recording import Person, Recording, checked, naming, people_of, person_of, renamed, size_of
+from .recording import Person, Recording, by_count, checked, naming, people_of, person_of, renamed, size_of
 
 #: An annotator's word for a joint as a score: 1 is "there, but hidden", placed by guess; 2 is "seen".
 _VISIBILITY_SCORES = np.array([0.0, 0.5, 1.0])
@@ -20,20 +18,30 @@ _VISIBILITY_SCORES = np.array([0.0, 0.5, 1.0])
 
 def read_annotations(where: str, content: Mapping[str, Any]) -> list[Recording]:
     """Return the photos of a COCO annotation file; crowds are left out. Raises KeypointsError naming the entry."""
-    persons: dict[Any, list[Person]] = defaultdict(list)
+    persons: dict[str, list[Person]] = {}  # an id may be a number in one place and text in another
+    for number, image in enumerate(content["images"]):
+        with naming(f"{where}, images[{number}]"):
+            if str(image["id"]) in persons:
+                raise KeypointsError(f"id {image['id']} is another image's already")
+            persons[str(image["id"])] = []
     names: Sequence[str] | None = None
     with naming(f"{where}, categories"):
         for category in content.get("categories", []):
             names = names or category.get("keypoints")
+    strangers = 0  # a file may list some of its images alone, but not others alone
     for number, entry in enumerate(content["annotations"]):
         with naming(f"{where}, annotations[{number}]"):
-            if "keypoints" in entry and not entry.get("iscrowd"):
-                persons[entry["image_id"]].append(_annotated(entry))
+            found = persons.get(str(entry["image_id"]))
+            strangers += found is None
+            if found is not None and entry.get("keypoints") and not entry.get("iscrowd"):
+                found.append(_annotated(entry))
+    if strangers and strangers == len(content["annotations"]):
+        raise KeypointsError(f"{where}: no annotation's image_id is among the images' ids")
     answer: list[Recording] = []
     for number, image in enumerate(content["images"]):
         with naming(f"{where}, images[{number}]"):
             width, height = size_of(image)
-            people = _people(persons.get(image["id"], []), names)
+            people = _people(persons[str(image["id"])], names)
             answer.append(Recording(str(image["file_name"]), people, width, height))
     return answer
 
@@ -53,7 +61,7 @@ def read_results(where: str, content: Sequence[Mapping[str, Any]]) -> list[Recor
     answer: list[Recording] = []
     for identity, found in persons.items():
         with naming(f"{where}, image_id {identity}"):
-            number = identity if isinstance(identity, int) else None
+            number = int(identity) if str(identity).isdecimal() else None
             answer.append(Recording(str(identity), _people(found, None), number=number))
     return answer
 
@@ -75,17 +83,5 @@ def _box(entry: Mapping[str, Any]) -> list[float] | None:
 
 
 def _people(persons: list[Person], names: Sequence[str] | None) -> People:
-    if names is not None:
-        skeleton, persons = renamed(names, persons)
-    else:
-        skeleton = _by_count(persons)
+    skeleton, persons = by_count(persons) if names is None else renamed(names, persons)
     return people_of(skeleton, persons)
-
-
-def _by_count(persons: Sequence[Person]) -> Skeleton:
-    if not persons:
-        return COCO_17
-    count = len(persons[0].scores)
-    if count not in BY_COUNT:
-        raise KeypointsError(f"{count} keypoints are no skeleton that is known (17, 25, 26 or 33 joints are)")
-    return BY_COUNT[count]

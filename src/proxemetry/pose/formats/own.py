@@ -18,7 +18,9 @@ def read_own(where: str, content: Mapping[str, Any]) -> list[Recording]:
     answer: list[Recording] = []
     for number, entry in enumerate(content["images"]):
         with naming(f"{where}, images[{number}]"):
-            name = str(entry["filename"])
+            name = entry["filename"]
+            if not isinstance(name, str) or not name:
+                raise KeypointsError(f"'filename' is {name!r}: it must be the photo's name")
             width, height = size_of(entry)
             persons = [
                 person_of(person["keypoints"], person.get("score"), person.get("box"))

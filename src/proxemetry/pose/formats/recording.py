@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Generator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -14,6 +15,7 @@ from ...camera import Camera
 from ...errors import KeypointsError, ProxemetryError
 from ...people import People
 from ...skeleton import COCO_17, HALPE_26, Skeleton
+from ..callables import BY_COUNT, WHOLE_BODIES, skeleton_of
 
 FloatArray = NDArray[np.float64]
 
@@ -89,9 +91,10 @@ def checked(person: Person) -> Person:
     missing = (keypoints == 0).all(axis=1) | ~np.isfinite(keypoints).all(axis=1) | ~(scores > 0)
     if person.box is not None and len(person.box) < 4:
         raise KeypointsError(f"a box has four numbers, not {len(person.box)}")
+    box = None if person.box is None else [float(v) for v in person.box[:4]]
     return Person(
         np.where(missing[:, None], np.nan, keypoints), np.where(missing, 0.0, np.clip(scores, 0.0, 1.0)),
-        None if person.box is None else [float(v) for v in person.box[:4]], person.score,
+        box if box is not None and all(map(math.isfinite, box)) else None, person.score,
     )  # fmt: skip
 
 
@@ -130,6 +133,32 @@ def renamed(names: Sequence[str], persons: Sequence[Person]) -> tuple[Skeleton, 
         keypoints = np.where(order[:, None] < 0, np.nan, person.keypoints[order])
         answer.append(Person(keypoints, np.where(order < 0, 0.0, person.scores[order]), person.box, person.score))
     return skeleton, answer
+
+
+def by_count(persons: Sequence[Person]) -> tuple[Skeleton, list[Person]]:
+    """Return the skeleton that people's number of keypoints stands for, and the people; of a whole body the body."""
+    if not persons:
+        return COCO_17, []
+    count = len(persons[0].scores)
+    skeleton = skeleton_of(count)
+    if skeleton is None:
+        known = ", ".join(str(n) for n in sorted({*BY_COUNT, *WHOLE_BODIES}))
+        raise KeypointsError(f"{count} keypoints are no skeleton that is known ({known} joints are)")
+    body = slice(len(skeleton))
+    cut = [Person(p.keypoints[body], p.scores[body], p.box, p.score) if len(p.scores) == count else p for p in persons]
+    return skeleton, cut
+
+
+def refuse_fractions(recording: Recording) -> None:
+    """Raise KeypointsError where pixels are fractions of a size that is not stated, as many tools can write them."""
+    if recording.width == 1:
+        return
+    for points in recording.people.keypoints_px:
+        seen = points[np.isfinite(points).all(axis=1)]
+        if len(seen) > 2 and np.abs(seen).max() <= 1:
+            raise KeypointsError(
+                f"photo {recording.photo}: coordinates are fractions, not pixels: have them written in pixels"
+            )
 
 
 def size_of(entry: Mapping[str, Any]) -> tuple[float | None, float | None]:

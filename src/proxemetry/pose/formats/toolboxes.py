@@ -10,9 +10,7 @@ import numpy as np
 
 from ...errors import KeypointsError
 from ...people import People
-from ...skeleton import COCO_17
-from ..callables import BY_COUNT
-from .recording import Person, Recording, checked, naming, people_of, person_of, renamed
+from .recording import Person, Recording, by_count, checked, naming, people_of, person_of, renamed
 
 
 def read_mmpose(where: str, photo: str, content: Any) -> Recording:
@@ -104,12 +102,5 @@ def _instance(keypoints: Any, scores: Any, box: Any, score: Any) -> Person:
 
 
 def _people(persons: list[Person], names: Sequence[str] | None) -> People:
-    if names is not None:
-        skeleton, persons = renamed(names, persons)
-        return people_of(skeleton, persons)
-    if not persons:
-        return People.none(COCO_17)
-    count = len(persons[0].scores)
-    if count not in BY_COUNT:
-        raise KeypointsError(f"{count} keypoints are no skeleton that is known (17, 25, 26 or 33 joints are)")
-    return people_of(BY_COUNT[count], persons)
+    skeleton, persons = by_count(persons) if names is None else renamed(names, persons)
+    return people_of(skeleton, persons)
