@@ -341,6 +341,14 @@ def test_photos_are_found_however_their_path_is_spelled(tmp_path: Path) -> None:
         ('{"images": [{"filename": "a", "people": [{"position_mm": [NaN, 0, 0]}]}]}', "null is missing"),
         ('{"images": [{"filename": "a", "people": [{}, {}], "distances_mm": [[0, 1, -5]]}]}', "negative"),
         ('{"images": [{"filename": "a", "people": [{}, {}], "intervals_mm": [[0, 1, 9, 5]]}]}', "low end above"),
+        ('{"images": [{"filename": "a", "people": [{}, {}], "distances_mm": [[0, 1, 5], [1, 0, 6]]}]}', "already"),
+        ('{"images": [{"filename": "a", "people": [{}, {}], "distances_mm": [[false, true, 5]]}]}', "two different"),
+        ('{"images": [{"filename": "a", "people": [{"position_mm": [1e300, 0, 0]}]}]}', "3 numbers are expected"),
+        ('{"images": [{"filename": "a", "width": 640, "people": []}]}', "width and height go together"),
+        ('{"images": [{"filename": "", "people": []}]}', "'filename' is empty"),
+        ('{"images": [{"filename": "a", "people": [{"position_m": [1, 0, 0]}]}]}', "'position_mm' is the key"),
+        ('{"images": [{"filename": "a", "people": [], "interval_mm": []}]}', "'intervals_mm' is the key"),
+        ('{"images": [{"filename": "a", "people": [], "distance_mm": []}]}', "'distances_mm' is the key"),
     ],
 )
 def test_malformed_predictions_are_named(content: str, message: str, tmp_path: Path) -> None:
@@ -348,6 +356,14 @@ def test_malformed_predictions_are_named(content: str, message: str, tmp_path: P
     path.write_text(content)
     with pytest.raises(LabelsError, match=message):
         read_predictions(path)
+
+
+def test_a_writers_own_keys_are_passed_over(tmp_path: Path) -> None:
+    path = tmp_path / "p.json"
+    path.write_text(
+        '{"images": [{"filename": "a", "people": [{"score": 1, "pose": []}], "camera": {}, "seconds": 3}], "run": "x"}'
+    )
+    assert len(next(iter(read_predictions(path)))) == 1
 
 
 def test_unknown_protocol_is_named(tmp_path: Path) -> None:

@@ -11,8 +11,8 @@ frame; intervals enclose 90 %. Null is missing.
 
 from __future__ import annotations
 
+import difflib
 import json
-import math
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -25,6 +25,13 @@ from ..errors import LabelsError, OutputError
 from ..skeleton import PARTS
 
 FloatArray = NDArray[np.float64]
+
+_IMAGE_KEYS = ("filename", "width", "height", "people", "distances_mm", "intervals_mm", "up")
+_PERSON_KEYS = ("position_mm", "points")
+#: From here on two keys are taken for one and its slip of the pen: position_m, Position_mm, distance_mm, interval_mm.
+_ALIKE = 0.85
+#: Ten times the distance of the sun: what lies beyond is no length, and overflows.
+_LONGEST_MM = 1e15
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,6 +150,9 @@ def read_predictions(path: str | Path) -> Predictions:
 def _image(content: Any, where: str) -> Prediction:
     filename = _field(content, "filename", str, where)
     where = f"{where} ({filename})"
+    if not filename:
+        raise LabelsError(f"{where}: 'filename' is empty: name the photo")
+    _check_keys(content, _IMAGE_KEYS, where)
     people = _field(content, "people", list, where)
     count = len(people)
     points, positions = np.full((count, len(PARTS), 2), np.nan), np.full((count, 3), np.nan)
@@ -152,6 +162,7 @@ def _image(content: Any, where: str) -> Prediction:
             if part not in PARTS:
                 raise LabelsError(f"{here}: part {part!r} is unknown: use some of {', '.join(PARTS)}")
             points[k, PARTS.index(part)] = _vector(point, 2, f"{here}, {part}")
+        _check_keys(person, _PERSON_KEYS, here)
         positions[k] = _vector(person.get("position_mm"), 3, f"{here}, position_mm")
     distances = None
     if content.get("distances_mm") is not None:
@@ -164,7 +175,17 @@ def _image(content: Any, where: str) -> Prediction:
             raise LabelsError(f"{where}: up has no direction: give a vector against gravity or leave it out")
         up = up / np.linalg.norm(up)
     width, height = (_size(content, key, where) for key in ("width", "height"))
+    if (width is None) != (height is None):
+        raise LabelsError(f"{where}: width and height go together: give both, or neither for the photo's own size")
     return Prediction(filename, width, height, points, positions, distances, low, high, up)
+
+
+def _check_keys(content: Mapping[str, Any], known: tuple[str, ...], where: str) -> None:
+    """Refuse a misspelled key, which would be passed over in silence; what is quite another is its writer's own."""
+    for key in content:
+        meant = [] if key in known else difflib.get_close_matches(key, known, n=1, cutoff=_ALIKE)
+        if meant:
+            raise LabelsError(f"{where}: {key!r} is unknown: {meant[0]!r} is the key")
 
 
 def _field(content: Any, key: str, kind: type, where: str, default: Any = None) -> Any:
@@ -187,7 +208,7 @@ def _size(content: Any, key: str, where: str) -> float | None:
 
 
 def _is_number(value: Any) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= _LONGEST_MM
 
 
 def _vector(value: Any, length: int, where: str) -> FloatArray:
@@ -208,12 +229,16 @@ def _vector(value: Any, length: int, where: str) -> FloatArray:
 def _pairs(rows: Any, count: int, values: int, where: str) -> list[FloatArray]:
     """Return symmetric matrices (count, count) from rows [i, j, value...]."""
     matrices = [np.full((count, count), np.nan) for _ in range(values)]
+    seen: set[tuple[int, int]] = set()
     for k, row in enumerate(rows):
         if not isinstance(row, list) or len(cast("list[Any]", row)) != 2 + values:
             raise LabelsError(f"{where}, row {k}: {2 + values} numbers are expected, not {json.dumps(row)[:40]}")
         i, j, *numbers = cast("list[Any]", row)
-        if not all(isinstance(n, int) and 0 <= n < count for n in (i, j)) or i == j:
+        if not all(type(n) is int and 0 <= n < count for n in (i, j)) or i == j:
             raise LabelsError(f"{where}, row {k}: two different people from 0 to {count - 1} are expected")
+        if (min(i, j), max(i, j)) in seen:
+            raise LabelsError(f"{where}, row {k}: people {i} and {j} have a row already")
+        seen.add((min(i, j), max(i, j)))
         lengths = _vector(numbers, values, f"{where}, row {k}")
         if (lengths < 0).any() or (np.diff(lengths) < 0).any():
             raise LabelsError(f"{where}, row {k}: a distance is negative, or an interval's low end above its high end")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import math
 from collections import defaultdict
 from collections.abc import Mapping
 from pathlib import Path
@@ -32,10 +33,12 @@ def read_results_folder(folder: Path) -> Predictions:
     alone are handed on and the camera's own up holds, as for any other method.
     """
     people, pairs = (_by_photo(_read(folder, name)) for name in ("people", "pairs"))
-    images = [
-        _image(row, people.get(row["photo"], []), pairs.get(row["photo"], []), folder)
-        for row in _read(folder, "photos")
-    ]
+    photos = _read(folder, "photos")
+    known = {row["photo"] for row in photos}
+    for name, rows in (("people", people), ("pairs", pairs)):
+        if strangers := [photo for photo in rows if photo not in known]:
+            raise LabelsError(f"{folder / f'{name}.csv'}: photo {strangers[0]} is not in photos.csv")
+    images = [_image(row, people.get(row["photo"], []), pairs.get(row["photo"], []), folder) for row in photos]
     return Predictions(tuple(images), str(folder))
 
 
@@ -44,12 +47,20 @@ def _read(folder: Path, name: str) -> list[dict[str, str]]:
     try:
         with path.open(newline="", encoding="utf-8-sig") as file:
             reader = csv.DictReader(file)
-            rows = list(reader)
+            columns, rows = list(reader.fieldnames or ()), list(reader)
     except FileNotFoundError as error:
         raise LabelsError(f"{path}: no such file; a results folder has photos.csv, people.csv and pairs.csv") from error
-    missing = [column for column in _COLUMNS[name] if column not in (reader.fieldnames or ())]
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        raise LabelsError(f"{path}: cannot be read as UTF-8 text ({error})") from error
+    missing = [column for column in _COLUMNS[name] if column not in columns]
     if missing:
-        raise LabelsError(f"{path}: column {missing[0]} is missing")
+        hint = (
+            "; commas are expected between columns, not semicolons" if any(";" in column for column in columns) else ""
+        )
+        raise LabelsError(f"{path}: column {missing[0]} is missing{hint}")
+    for line, row in enumerate(rows, start=2):
+        if any(row[column] is None for column in _COLUMNS[name]):
+            raise LabelsError(f"{path}: row {line - 1} ends early: {len(columns)} columns are expected")
     return rows
 
 
@@ -62,25 +73,34 @@ def _by_photo(rows: list[dict[str, str]]) -> dict[str, list[dict[str, str]]]:
 
 def _image(photo: Row, people: list[dict[str, str]], pairs: list[dict[str, str]], folder: Path) -> Prediction:
     name = photo["photo"]
-    people = sorted(people, key=lambda row: int(row["person"]))
-    index = {row["person"]: k for k, row in enumerate(people)}
+    where = f"{folder / 'people.csv'}: photo {name}"
+    by_number = {_whole(row, "person", where): row for row in people}
+    if len(by_number) < len(people):
+        raise LabelsError(f"{where}: a person is there twice")
+    index = {number: k for k, number in enumerate(sorted(by_number))}
     count = len(people)
     points, positions = np.full((count, len(PARTS), 2), np.nan), np.full((count, 3), np.nan)
-    for k, row in enumerate(people):
-        where = f"{folder / 'people.csv'}: photo {name}, person {row['person']}"
+    for number, k in index.items():
+        here, row = f"{where}, person {number}", by_number[number]
         for p, part in enumerate(PARTS):
-            points[k, p] = [_number(row, f"{part.lower()}_{axis}_px", where) for axis in "uv"]
-        positions[k] = [_number(row, f"{axis}_m", where) * _MM for axis in "xyz"]
+            points[k, p] = [_number(row, f"{part.lower()}_{axis}_px", here) for axis in "uv"]
+        positions[k] = [_number(row, f"{axis}_m", here) * _MM for axis in "xyz"]
     distances, low, high = (np.full((count, count), np.nan) for _ in range(3))
     on_ground = False
+    seen: set[tuple[int, int]] = set()
     for row in pairs:
         where = f"{folder / 'pairs.csv'}: photo {name}"
-        try:
-            a, b = index[row["person_a"]], index[row["person_b"]]
-        except KeyError as error:
-            raise LabelsError(f"{where}: person {error} is not in people.csv") from error
+        one, other = sorted(_whole(row, column, where) for column in ("person_a", "person_b"))
+        if unknown := [number for number in (one, other) if number not in index]:
+            raise LabelsError(f"{where}: person {unknown[0]} is not in people.csv")
+        if one == other or (one, other) in seen:
+            raise LabelsError(f"{where}: pair {one}-{other} {'is no pair' if one == other else 'is there twice'}")
+        seen.add((one, other))
+        a, b = index[one], index[other]
         for matrix, column in ((distances, "distance_m"), (low, "low_m"), (high, "high_m")):
             matrix[a, b] = matrix[b, a] = _number(row, column, where) * _MM
+        if min(distances[a, b], low[a, b]) < 0 or low[a, b] > high[a, b]:
+            raise LabelsError(f"{where}, pair {one}-{other}: a length is negative, or low_m above high_m")
         on_ground |= row.get("on_ground", "true").lower() in ("true", "1", "t")
     width, height = (_number(photo, key, f"{folder / 'photos.csv'}: photo {name}") for key in ("width_px", "height_px"))
     known = width > 0 and height > 0  # a photo that could not be read has no size
@@ -93,8 +113,19 @@ def _image(photo: Row, people: list[dict[str, str]], pairs: list[dict[str, str]]
 def _number(row: Row, column: str, where: str) -> float:
     text = row[column].strip()
     if not text:
-        return float("nan")
+        return math.nan
     try:
-        return float(text)
-    except ValueError as error:
-        raise LabelsError(f"{where}: {column} is {text!r} where a number is expected") from error
+        value = float(text)
+    except ValueError:
+        value = math.inf
+    if math.isinf(value):
+        raise LabelsError(f"{where}: {column} is {text!r} where a number is expected")
+    return value
+
+
+def _whole(row: Row, column: str, where: str) -> int:
+    """Return a whole number, also where another program has written it as 3.0."""
+    value = _number(row, column, where)
+    if not value.is_integer():
+        raise LabelsError(f"{where}: {column} is {row[column]!r} where a whole number is expected")
+    return int(value)
