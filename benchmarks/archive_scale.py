@@ -24,6 +24,7 @@ from pathlib import Path
 from recorded_archive import name_of, write_keypoints
 
 from proxemetry.archive import manifest, newcomers, parts
+from proxemetry.archive.file_state import FileState
 from proxemetry.archive.folder import RUN_FILE, Folder
 from proxemetry.archive.photos import find_photos
 from proxemetry.archive.run import run
@@ -153,14 +154,21 @@ def _copy_parts(template: Path, folder: Folder, listed: manifest.Manifest, metad
     pairs = ", ".join(f"{key}: {parts.quoted(value)}" for key, value in metadata.items())
     (Path(folder.location) / "scenes").mkdir(exist_ok=True)
     for shard in range(listed.n_shards):
-        names = [item.photo for item in listed.items(shard)]
+        items = listed.items(shard)
+        states = [FileState.of(item.location) for item in items]
+        assert None not in states
         duck.execute(
             "COPY (SELECT rows.* EXCLUDE (place) REPLACE (names.photo AS photo, sha256(names.photo) AS sha256, "
-            "(1960 + hash(names.photo) % 60)::VARCHAR AS date, "
+            "(1960 + hash(names.photo) % 60)::VARCHAR AS date, bytes AS file_bytes, ns AS file_modified_ns, "
             f"list_transform(pairs, lambda p: struct_update(p, {numbers})) AS pairs) FROM rows JOIN "
-            "(SELECT unnest($names) AS photo, generate_subscripts($names, 1) AS place) names USING (place)) "
+            "(SELECT unnest($names) AS photo, unnest($bytes) AS bytes, unnest($dates) AS ns, "
+            "generate_subscripts($names, 1) AS place) names USING (place)) "
             f"TO '{folder.path(parts.name_of(shard))}' (FORMAT parquet, COMPRESSION zstd, KV_METADATA {{{pairs}}})",
-            {"names": names},
+            {
+                "names": [item.photo for item in items],
+                "bytes": [state.size for state in states if state],
+                "dates": [state.modified_ns for state in states if state],
+            },
         )
     duck.execute("DROP TABLE rows")
 

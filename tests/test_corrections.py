@@ -211,18 +211,16 @@ def test_corrections_follow_the_file_not_its_name(tmp_path: Path) -> None:
     log.append(other, "note", {"text": "x"}, "ben")
     log.close()
 
-    def found(names: Iterable[str] | None, stored: list[Scene]) -> Iterator[Scene]:
-        wanted = None if names is None else set(names)
-        yield from (s for s in stored if wanted is None or s.photo in wanted)
+    def found(stored: list[Scene]) -> dict[str, str]:
+        def scenes(names: Iterable[str], files: Iterable[str]) -> Iterator[Scene]:
+            return (s for s in stored if s.photo in set(names) or s.sha256 in set(files))
 
-    same = corrected_scenes(tmp_path, lambda names: found(names, [scene, other]))
-    assert {p: s.status for p, s in same.items()} == {"a.jpg": "excluded", "b.jpg": "ok"}
-    moved = [scene.renamed("new/a.jpg"), other]
-    assert set(corrected_scenes(tmp_path, lambda names: found(names, moved))) == {"new/a.jpg", "b.jpg"}
-    replaced = [replace(scene, sha256="c3"), other]  # another picture under the same name
-    assert set(corrected_scenes(tmp_path, lambda names: found(names, replaced))) == {"b.jpg"}
-    assert set(corrected_scenes(tmp_path, lambda names: found(names, [scene, other]), who="ben")) == {"b.jpg"}
-    assert corrected_scenes(tmp_path / "nowhere", lambda names: found(names, [])) == {}
+        return {p: s.status for p, s in corrected_scenes(tmp_path, scenes).items()}
+
+    assert found([scene, other]) == {"a.jpg": "excluded", "b.jpg": "ok"}
+    assert set(found([scene.renamed("new/a.jpg"), other])) == {"new/a.jpg", "b.jpg"}
+    assert set(found([replace(scene, sha256="c3"), other])) == {"b.jpg"}  # another picture under the same name
+    assert corrected_scenes(tmp_path / "nowhere", lambda names, files: iter([scene])) == {}
 
 
 @pytest.mark.parametrize(

@@ -151,24 +151,29 @@ def digest(location: str | Path) -> str | None:
     return hashlib.sha256("\n".join(entries).encode()).hexdigest()
 
 
-def corrected_scenes(
-    location: str | Path, scenes: Callable[[Iterable[str] | None], Iterator[Scene]], who: str | None = None
-) -> dict[str, Scene]:
-    """Return the scenes of a results folder that a person corrected, by photo, with the corrections applied.
-
-    scenes: yields the measured scenes of some photos, or of all for None. A correction follows its file: after a rerun
-    that calls the photo otherwise it applies to every photo with that hash. who: one person's corrections alone.
-    """
+def in_force_at(location: str | Path) -> dict[FileKey, list[Action]]:
+    """Return the actions in force of a results folder's log, by file."""
     path = Path(location) / FILE
     if not path.exists():
         return {}
     log = Log(path)
     try:
-        wanted = by_file(in_force(log.actions(who=who)))
+        return by_file(in_force(log.actions()))
     finally:
         log.close()
-    names = {action.photo for actions in wanted.values() for action in actions}
-    found = {s.photo: s for s in scenes(names) if FileKey.of(s) in wanted} if names else {}
-    if {FileKey.of(s) for s in found.values()} != set(wanted):  # renamed since
-        found = {s.photo: s for s in scenes(None) if FileKey.of(s) in wanted}
-    return {photo: apply(scene, wanted[FileKey.of(scene)]) for photo, scene in found.items()}
+
+
+def corrected_scenes(
+    location: str | Path, scenes: Callable[[Iterable[str], Iterable[str]], Iterator[Scene]]
+) -> dict[str, Scene]:
+    """Return the scenes of a results folder that a person corrected, by photo, with the corrections applied.
+
+    scenes: yields the measured scenes of photos of these names, and of files with these hashes. A correction follows
+    its file: after a rerun that calls the photo otherwise it applies to every photo with that hash.
+    """
+    wanted = in_force_at(location)
+    if not wanted:
+        return {}
+    names, files = ({getattr(key, n) for key in wanted} - {""} for n in ("photo", "sha256"))
+    found = (scene for scene in scenes(names, files) if FileKey.of(scene) in wanted)
+    return {scene.photo: apply(scene, wanted[FileKey.of(scene)]) for scene in found}

@@ -44,6 +44,14 @@ def open_filesystem(url: str) -> Any:
         raise SettingsError(f"{url}: {error}") from error
 
 
+def overlay_name(photo: str) -> str:
+    """Return the name of a photo's drawing, relative to the results folder."""
+    stays = photo.lower().endswith((".jpg", ".jpeg", ".png"))
+    # A photo outside the folder named is called ../x: its overlay stays inside.
+    inside = "/".join("_" if part == ".." else part for part in photo.split("/"))
+    return f"{OVERLAYS}/{inside}" if stays else f"{OVERLAYS}/{inside}.jpg"
+
+
 class Folder:
     """Files by their name relative to the folder. Every failure to write raises OutputError with what to do."""
 

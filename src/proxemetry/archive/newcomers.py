@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from ..errors import OutputError
 from .copies import Copies, Ends, Sizes, copies, ends_of, repeated, sha256_of, sizes_of
+from .file_state import FileState
 from .folder import Folder, is_url
 from .manifest import SCHEMA, Manifest, name_of, paths, read
 from .parts import attached, finished, measured_files, quoted
@@ -56,9 +57,10 @@ class Newcomers:
         while new and not self._stop.is_set():
             append(folder, manifest, new, self._duck)
             # Somebody else may have been first: then what they left is to be appended.
-            moved, known = manifest.moved_to, read(folder, self._duck)
+            known = read(folder, self._duck)
+            if known is not None and manifest.moved_to:
+                known = known.moved(manifest.moved_to)
             manifest, new = compared(folder, known, listing, self._duck)
-            manifest = manifest if manifest.moved_to or moved is None else manifest.moved(moved)
         return manifest
 
     def allow(self) -> None:
@@ -102,15 +104,15 @@ def compared(
     if known is None:
         return Manifest(folder, root), list(names)
     new = _lacking(known.names(duck), names)
-    if root == known.root or root is None or known.root is None:
+    home = known.moved_to or known.root
+    if home in (root, None) or root is None:
         return known, new
-    if len(names) - len(new) == len(known) and _same_files(folder, known, root, duck):  # mounted elsewhere now
+    # Mounted elsewhere now? A photo or two may have been renamed or deleted in the meantime.
+    if 2 * (len(names) - len(new)) > len(known) and _same_files(folder, known, root, duck):
         return known.moved(root), new
-    if is_url(root) or is_url(known.root):
-        raise OutputError(
-            f"the results so far are of photos in {known.root}, not {root}: name another --out, or --restart"
-        )
-    anew = sorted(os.path.relpath(locate(root, n), known.root).replace(os.sep, "/") for n in names)
+    if is_url(root) or is_url(home):
+        raise OutputError(f"the results so far are of photos in {home}, not {root}: name another --out, or --restart")
+    anew = sorted(os.path.relpath(locate(root, n), home).replace(os.sep, "/") for n in names)
     return known, _lacking(known.names(duck), anew)
 
 
@@ -122,7 +124,8 @@ def _same_files(folder: Folder, known: Manifest, root: str, duck: Any) -> bool:
     """
     there = sorted(s for s in finished(folder) if s < known.n_shards)
     asked = there[:: max(1, len(there) // _FILES_COMPARED)][:_FILES_COMPARED]
-    agreed = [sha256_of(locate(root, photo)) == digest for photo, digest in measured_files(folder, asked, duck)]
+    compared = [(sha256_of(locate(root, photo)), digest) for photo, digest in measured_files(folder, asked, duck)]
+    agreed = [now == before for now, before in compared if now]
     return 2 * sum(agreed) >= len(agreed)
 
 
@@ -174,9 +177,18 @@ def _alike(
     ends = ends_of(root, [new[i] for i in chosen.tolist()], sizes[chosen])
     old_ends: Ends = ends_of(root, old_names, old_sizes)
     found = copies(sizes[chosen], ends, old_sizes, old_ends)
-    twin, shard = (np.full(len(new), -1, dtype=np.int64) for _ in range(2))
+    none = np.full(len(new), -1, dtype=np.int64)
+    twin, shard = none.copy(), none.copy()
     twin[chosen] = np.where(found.twin >= 0, chosen[found.twin], -1)
     shard[chosen] = np.append(old_shards, -1)[found.original]
+    # A file that is gone has no end to compare: a new one of its size may be it, renamed.
+    gone = {
+        size: at
+        for name, size, at in zip(old_names, old_sizes.tolist(), old_shards.tolist(), strict=True)
+        if FileState.of(locate(root, name)) is None
+    }
+    renamed = [gone.get(size, -1) for size in sizes.tolist()] if gone else none
+    shard = np.where(shard < 0, renamed, shard)
     return sizes, Copies(twin, shard), shard
 
 

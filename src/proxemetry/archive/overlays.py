@@ -14,7 +14,7 @@ from pathlib import Path
 from ..errors import PhotoError, SettingsError
 from ..photo import Photo
 from ..scene import Scene
-from .folder import OVERLAYS, is_url
+from .folder import is_url, overlay_name
 from .results import Results
 
 _BATCH = 16
@@ -28,14 +28,6 @@ def require_plotting(results: str) -> None:
         raise SettingsError(f"--overlays writes to a local folder only, not to {results}")
 
 
-def file_of(photo: str) -> str:
-    """Return the overlay's name of a photo, relative to the results folder."""
-    stays = photo.lower().endswith((".jpg", ".jpeg", ".png"))
-    # A photo outside the folder named is called ../x: its overlay stays inside.
-    inside = "/".join("_" if part == ".." else part for part in photo.split("/"))
-    return f"{OVERLAYS}/{inside}" if stays else f"{OVERLAYS}/{inside}.jpg"
-
-
 def draw(results: Results, *, faces: str = "show", jobs: int = 1, tell: Callable[[int], None] = lambda _: None) -> None:
     """Draw the overlays that are not there yet or whose scene was corrected; `tell` hears how many more are done."""
     root = Path(results.folder.location)
@@ -44,7 +36,7 @@ def draw(results: Results, *, faces: str = "show", jobs: int = 1, tell: Callable
         (scene.to_json(), results.location(scene.photo))
         for scene in results.scenes()
         if scene.status in ("ok", "no_camera")
-        and (scene.photo in corrected or not (root / file_of(scene.photo)).exists())
+        and (scene.photo in corrected or not (root / overlay_name(scene.photo)).exists())
     )
     work = partial(_draw_batch, str(root), faces)
     if jobs <= 1:
@@ -70,12 +62,14 @@ def _draw_batch(root: str, faces: str, batch: list[tuple[str, str | None]]) -> i
 def _draw_one(root: str, faces: str, scene: Scene, location: str | None) -> None:
     from ..plots import overlay, save
 
-    path = Path(root, file_of(scene.photo))
+    path = Path(root, overlay_name(scene.photo))
     path.parent.mkdir(parents=True, exist_ok=True)
     photo = None
-    if location is not None and os.path.exists(location):
-        photo = Photo.open(location, scene.photo)
     try:
+        if location is not None and os.path.exists(location):
+            photo = Photo.open(location, scene.photo)
+            if photo.sha256 != scene.sha256:  # its heads would not be where those of the measured one are pixelated
+                photo = None
         figure = overlay(scene, photo, faces=faces)
     except PhotoError:  # it went bad since it was measured: its row stays
         figure = overlay(scene, None)

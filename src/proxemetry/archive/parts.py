@@ -11,6 +11,7 @@ from typing import Any
 
 from ..scene import Scene
 from ..tables import TABLES, rows
+from .file_state import FileState
 from .folder import Folder
 
 FOLDER = "scenes"
@@ -19,13 +20,17 @@ _FORMAT = "FORMAT parquet, COMPRESSION zstd"
 
 @dataclass(frozen=True)
 class Counts:
-    """How many photos went which way; sums over shards are sums of these."""
+    """How many photos went which way; sums over shards are sums of these.
+
+    again: photos that had been measured before, of another file under the same name.
+    """
 
     photos: int = 0
     failed: int = 0
     no_camera: int = 0
     people: int = 0
     pairs: int = 0
+    again: int = 0
 
     def __add__(self, other: Counts) -> Counts:
         return Counts(*(getattr(self, n) + getattr(other, n) for n in self.__dataclass_fields__))
@@ -39,15 +44,50 @@ class Record:
     counts: Counts
 
 
-def record_of(scene: Scene) -> Record:
-    """Return the row of a scene."""
+@dataclass(frozen=True)
+class Earlier:
+    """What a part says of a photo already. file: the state of the file that was measured, None where none was read."""
+
+    fields: Mapping[str, Any]
+
+    @property
+    def file(self) -> FileState | None:
+        """The state of the file that was measured."""
+        size, modified_ns = self.fields["file_bytes"], self.fields["file_modified_ns"]
+        return None if size is None else FileState(size, modified_ns)
+
+    @property
+    def sha256(self) -> str:
+        """The SHA-256 of the file that was measured, "" where none was read."""
+        return self.fields["sha256"] or ""
+
+    def record(self, file: FileState | None) -> Record:
+        """Return the row as it stands, of a file with this state."""
+        found = self.fields
+        counts = Counts(
+            1, int(found["status"] == "failed"), int(found["status"] == "no_camera"), found["n_people"] or 0,
+            found["n_pairs"] or 0,
+        )  # fmt: skip
+        return Record(_text({**found, **_of_file(file)}), counts)
+
+
+def _text(fields: Mapping[str, Any]) -> str:
+    return json.dumps(fields, allow_nan=False, ensure_ascii=False)
+
+
+def _of_file(file: FileState | None) -> dict[str, int | None]:
+    size, modified_ns = (None, None) if file is None else (file.size, file.modified_ns)
+    return {"file_bytes": size, "file_modified_ns": modified_ns}
+
+
+def record_of(scene: Scene, file: FileState | None = None) -> Record:
+    """Return the row of a scene, and of the state that the file had when it was measured."""
     (photo,) = rows("photos", scene)
     nested = {
         table: [{k: v for k, v in row.items() if k != "photo"} for row in rows(table, scene)]
         for table in ("people", "pairs")
     }
-    text = json.dumps({**photo, **nested, "scene": scene.to_json()}, allow_nan=False, ensure_ascii=False)
-    return Record(text, _counts(scene))
+    return Record(_text({**photo, **nested, "scene": scene.to_json(), **_of_file(file)}), _counts(scene))
 
 
 def _counts(scene: Scene) -> Counts:
@@ -66,7 +106,7 @@ def structure() -> str:
     fields: dict[str, Any] = {c.name: c.kind for c in TABLES["photos"]}
     for table in ("people", "pairs"):
         fields[table] = [{c.name: c.kind for c in TABLES[table] if c.name != "photo"}]
-    fields["scene"] = "VARCHAR"
+    fields |= {"scene": "VARCHAR", "file_bytes": "BIGINT", "file_modified_ns": "BIGINT"}
     return json.dumps([fields])
 
 
@@ -81,7 +121,14 @@ def finished(folder: Folder) -> set[int]:
 
 
 def write(folder: Folder, shard: int, records: Iterable[Record], metadata: Mapping[str, str]) -> None:
-    """Write a shard's part, whole or not at all; raises OutputError where it cannot be written."""
+    """Write a shard's part, whole or not at all; raises OutputError where it cannot be written.
+
+    Where it takes the place of another, the tables that were made of that one go first: who is killed in between, or
+    looks in the meantime, shall not take them for those of this one.
+    """
+    if folder.exists(name_of(shard)):
+        for table in TABLES:
+            folder.remove(f"{table}.parquet")
     text = f"[{','.join(r.json for r in records)}]"
     pairs = ", ".join(f"{key}: {quoted(value)}" for key, value in sorted(metadata.items()))
     with folder.writing(name_of(shard)) as temporary:
@@ -125,28 +172,40 @@ def measured_files(folder: Folder, shards: Iterable[int], cursor: Any = None) ->
     return rows.fetchall()
 
 
-def scenes(folder: Folder, photos: Iterable[str] | None = None, *, with_copies: bool = False) -> Iterator[Scene]:
+def scenes(
+    folder: Folder, photos: Iterable[str] | None = None, *, files: Iterable[str] | None = None
+) -> Iterator[Scene]:
     """Yield the scenes of a results folder in the order of their names, as measured.
 
-    photos: the names of some; with_copies: and of the other photos that are the same file.
+    photos: the names of some; files: the SHA-256 of some, whatever they are called.
     """
     if not finished(folder):
         return
     every = f"read_parquet({quoted(folder.path(FOLDER))} || '/part-*.parquet')"
-    named = "SELECT unnest($names::VARCHAR[])"
-    wanted = f"photo IN ({named})"
-    if with_copies:
-        wanted += f" OR sha256 IN (SELECT sha256 FROM {every} WHERE sha256 <> '' AND photo IN ({named}))"
     cursor = attached(folder).cursor()
-    if photos is None:
+    if photos is None and files is None:
         cursor.execute(f"SELECT scene FROM {every} ORDER BY photo")
     else:
-        cursor.execute(f"SELECT scene FROM {every} WHERE {wanted} ORDER BY photo", {"names": sorted(set(photos))})
+        cursor.execute(
+            f"SELECT scene FROM {every} WHERE photo IN (SELECT unnest($names::VARCHAR[])) OR "
+            "sha256 IN (SELECT unnest($files::VARCHAR[])) ORDER BY photo",
+            {"names": sorted(set(photos or ())), "files": sorted(set(files or ()))},
+        )
     while batch := cursor.fetchmany(64):
         yield from (Scene.from_json(text) for (text,) in batch)
 
 
-def copied(folder: Folder, shard: int, sha256: str, photo: str) -> Record | None:
+def earlier(folder: Folder, shard: int) -> dict[str, Earlier]:
+    """Return what a shard's part says of each of its photos, nothing where the part is not there."""
+    if not folder.exists(name_of(shard)):
+        return {}
+    found = attached(folder).execute(
+        "SELECT photo, to_json(part) FROM read_parquet($path) AS part", {"path": folder.path(name_of(shard))}
+    )
+    return {photo: Earlier(json.loads(text)) for photo, text in found.fetchall()}
+
+
+def copied(folder: Folder, shard: int, sha256: str, photo: str, file: FileState | None) -> Record | None:
     """Return what a shard's part says of a file, as the row of `photo`, a copy; None where the part does not have it.
 
     The row as it stands, not one made of its scene: that would round twice.
@@ -162,8 +221,7 @@ def copied(folder: Folder, shard: int, sha256: str, photo: str) -> Record | None
         return None
     fields = json.loads(row[0])
     scene = Scene.from_json(fields["scene"]).renamed(photo)
-    text = json.dumps({**fields, "photo": photo, "scene": scene.to_json()}, allow_nan=False, ensure_ascii=False)
-    return Record(text, _counts(scene))
+    return Record(_text({**fields, "photo": photo, "scene": scene.to_json(), **_of_file(file)}), _counts(scene))
 
 
 @cache

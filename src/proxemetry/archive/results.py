@@ -18,7 +18,7 @@ from ..scene import Scene
 from ..tables import TABLES, codebook_csv, safe_distance_columns
 from . import manifest, parts
 from .corrections import FILE as LOG_FILE
-from .corrections import corrected_scenes, digest
+from .corrections import corrected_scenes, digest, in_force_at
 from .folder import OVERLAYS, RUN_FILE, Folder, is_url
 from .identity import SETTINGS_SHA256
 from .parts import attached, quoted, record_of, structure
@@ -86,9 +86,22 @@ class Results:
     def corrected(self) -> dict[str, Scene]:
         """Return the scenes that a person corrected, by photo, with the corrections applied to what was measured."""
         with self._beside_log() as location:
-            return corrected_scenes(
-                location, lambda photos: parts.scenes(self.folder, photos, with_copies=photos is not None)
-            )
+            return corrected_scenes(location, lambda names, files: parts.scenes(self.folder, names, files=files))
+
+    def corrections_of_no_photo(self) -> list[str]:
+        """Return the photos that were corrected and whose file is not among those measured any more, by their names."""
+        with self._beside_log() as location:
+            wanted = in_force_at(location)
+        files = {key.sha256 for key in wanted} - {""}
+        if not files or not parts.finished(self.folder):
+            return []
+        rows = attached(self.folder).execute(
+            f"SELECT DISTINCT sha256 FROM read_parquet({quoted(self.folder.path(parts.FOLDER))} || '/part-*.parquet') "
+            "WHERE sha256 IN (SELECT unnest($files::VARCHAR[]))",
+            {"files": sorted(files)},
+        )
+        there = {sha256 for (sha256,) in rows.fetchall()}
+        return sorted({actions[-1].photo for key, actions in wanted.items() if key.sha256 not in {"", *there}})
 
     @contextmanager
     def _beside_log(self) -> Generator[str]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import platform
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
@@ -14,6 +15,7 @@ from ..errors import OutputError, SettingsError
 from ..people import PoseBackend
 from ..pose import backend_named
 from . import manifest, parts
+from .changes import Changes
 from .crew import Crew, OwnProcess
 from .folder import OVERLAYS, RUN_FILE, Folder, is_url
 from .identity import Identity, require_same
@@ -77,22 +79,27 @@ def run(
     elif named is None and not folder.exists(RUN_FILE):
         raise SettingsError("no photos named: proxemetry measure PATH... --out DIR")
     folder.sweep(parts.FOLDER)
-    crew, newcomers = _crew(job, jobs, engine), None
+    crew, newcomers, changes = _crew(job, jobs, engine), None, None
+    is_mine = partial(_is_mine, share=shard)
     try:
-        listed, there = manifest.read(folder), parts.finished(folder)
+        listed, there = _listed(folder), parts.finished(folder)
         if named is not None:
             newcomers = Newcomers(folder, named, listed)
         crew.load()
         identity = Identity(__version__, crew.pose, dict(crew.models), _settings(job))
         _join(folder, identity, there)
         listed, later = _begun(folder, named, listed, newcomers)
-        schedule = Schedule(crew, job, folder, listed, identity.metadata(), tell, later, partial(_is_mine, share=shard))
+        changes = None if newcomers is None else Changes(folder, newcomers, is_mine)
+        schedule = Schedule(crew, job, folder, listed, identity.metadata(), tell, later, changes, is_mine)
         if measured := sum(listed.shard_sizes[s] for s in there if s < listed.n_shards):
             tell(Progress(0, 0, 0, note=f"{measured} of {len(listed)} photos are measured already"))
-        counts = schedule.run(s for s in range(listed.n_shards) if s not in there and _is_mine(s, shard))
+        counts = schedule.run(s for s in range(listed.n_shards) if s not in there and is_mine(s))
+        if counts.again:
+            tell(Progress(0, 0, 0, note=_said_again(counts.again)))
     finally:
-        if newcomers is not None:
-            newcomers.close()
+        for thread in (newcomers, changes):
+            if thread is not None:
+                thread.close()
         crew.close()
     folder.sweep(parts.FOLDER)
     return _concluded(folder, schedule.manifest, counts, safe_distance_m, tell)
@@ -115,6 +122,16 @@ def _named(paths: Sequence[str], job: Job) -> Search | Sequence[str] | None:
     return replace(found, without=f"{results}/{OVERLAYS}" if results in found.folders else results)
 
 
+def _listed(folder: Folder) -> Manifest | None:
+    """Return the photos listed so far, where they were when the run went on last, if that is still there."""
+    listed = manifest.read(folder)
+    if listed is None or not folder.exists(RUN_FILE):
+        return listed
+    last = Results(folder).run.get("photos_in")
+    moved = last is not None and last != listed.root and (is_url(last) or os.path.isdir(last))
+    return listed.moved(last) if moved else listed
+
+
 def _begun(
     folder: Folder, named: Search | Sequence[str] | None, listed: Manifest | None, newcomers: Newcomers | None
 ) -> tuple[Manifest, Newcomers | None]:
@@ -124,9 +141,15 @@ def _begun(
             raise OutputError(f"{folder.location}: no run to go on with there; name the photos to measure")
         return listed, None
     newcomers.allow()
-    if listed is not None and isinstance(named, Search) and named.root == listed.root:
+    if listed is not None and isinstance(named, Search) and named.root == (listed.moved_to or listed.root):
         return listed, newcomers
     return newcomers.result(), None
+
+
+def _said_again(count: int) -> str:
+    if count == 1:
+        return "1 photo had been replaced since it was measured, and was measured again"
+    return f"{count} photos had been replaced since they were measured, and were measured again"
 
 
 def _crew(job: Job, jobs: int | None, engine: str) -> Crew:
@@ -211,4 +234,15 @@ def _concluded(
         last = {**fields, "safe_distance_m": safe_distance_m, "photos_in": listed.moved_to or listed.root}
         if last != fields:
             write_run(folder, last)
+        _tell_of_corrections(results, tell)
     return outcome
+
+
+def _tell_of_corrections(results: Results, tell: Callable[[Progress], None]) -> None:
+    """Say so where somebody corrected a file that is not among the photos any more: work that no number shows."""
+    lost = results.corrections_of_no_photo()
+    if lost:
+        said = "1 corrected photo is" if len(lost) == 1 else f"{len(lost)} corrected photos are"
+        named = f"{', '.join(lost[:3])}{', ...' if len(lost) > 3 else ''}"
+        note = f"{said} another file now or gone ({named}): the corrections are kept for the file they were made on"
+        tell(Progress(0, 0, 0, note=note))

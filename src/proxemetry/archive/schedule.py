@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from typing import Protocol
 
 from . import parts
+from .changes import Found
 from .crew import Crew, Died, Done, Ticked
 from .folder import Folder
 from .manifest import Item, Manifest
@@ -55,11 +56,28 @@ class Later(Protocol):
         ...
 
 
+class Changed(Protocol):
+    """A look at the measured photos' files."""
+
+    def begin(self) -> None:
+        """Let it begin."""
+        ...
+
+    def done(self) -> bool:
+        """Return whether `result` would not wait."""
+        ...
+
+    def result(self) -> Found:
+        """Return what was found."""
+        ...
+
+
 @dataclass
 class Schedule:
     """One pass over the shards of a run. `run` returns what was counted; `tell` hears of every step.
 
-    is_mine: which shards this run does. later: photos that may come while it works.
+    is_mine: which shards this run does. later: photos that may come while it works. changed: photos that may have to be
+    measured again.
     """
 
     crew: Crew
@@ -69,6 +87,7 @@ class Schedule:
     metadata: Mapping[str, str]
     tell: Callable[[Progress], None] = lambda _: None
     later: Later | None = None
+    changed: Changed | None = None
     is_mine: Callable[[int], bool] = lambda _: True
 
     def run(self, shards: Iterable[int]) -> Counts:
@@ -84,6 +103,8 @@ class Schedule:
             busy = bool(self._waiting or self._alone or self._running)
             if self.later is not None and (not busy or self.later.done()):
                 self._take_in(self.later.result())
+            elif self.changed is not None and (not busy or self.changed.done()):
+                self._take_up(self.changed.result())
             elif not busy:
                 return self._counts
             else:
@@ -102,6 +123,23 @@ class Schedule:
         """Go on with the whole manifest, which has what came later."""
         before, self.manifest, self.later = self.manifest.n_shards, manifest, None
         self._extend(s for s in range(before, manifest.n_shards) if self.is_mine(s))
+
+    def _take_up(self, found: Found) -> None:
+        """Do the shards again in which photos are not what was measured."""
+        self.changed = None
+        if found.gone:
+            which = "photo that was measured is", "photos that were measured are"
+            self._note(
+                f"{_counted(found.gone, *which)} not there any more ({found.example}): what was deleted, renamed or "
+                "moved keeps its rows until --restart, beside those under its new name"
+            )
+        if found.unlike:
+            said = _counted(found.unlike, "photo has", "photos have")
+            self._note(f"{said} another size or date than when measured: what is another picture is measured again")
+        self._extend(sorted(found.shards - self._unfinished))
+
+    def _note(self, text: str) -> None:
+        self.tell(Progress(0, 0, 0, note=text))
 
     def _step(self) -> None:
         while self.crew.idle() and (task := self._next()) is not None:
@@ -125,6 +163,8 @@ class Schedule:
 
     def _hear(self, event: Ticked | Done | Died) -> None:
         errors: tuple[str, ...] = ()
+        if self.changed is not None:
+            self.changed.begin()  # the first photo does not wait for it
         match event:
             case Ticked(task):
                 self._running[task] += 1
@@ -175,3 +215,7 @@ class Schedule:
             parts.write(self.folder, shard, [rows[i.photo] for i in items], self.metadata)
             del self._apart[shard]
             self._unfinished.discard(shard)
+
+
+def _counted(count: int, one: str, many: str) -> str:
+    return f"{count} {one if count == 1 else many}"

@@ -19,7 +19,8 @@ from ..pose import PoseOptions, backend_named
 from ..scene import Provenance, Scene
 from . import parts
 from .copies import sha256_of
-from .folder import Folder, is_url, open_filesystem
+from .file_state import FileState
+from .folder import Folder, is_url, open_filesystem, overlay_name
 from .manifest import Item
 from .parts import Counts, Record, record_of
 
@@ -96,23 +97,38 @@ class Measurer:
         return Finished(counts, None, errors)
 
     def _records(self, task: Task) -> Iterator[Record]:
-        """Yield the rows of a task's photos; a file is measured once however many copies there are of it."""
+        """Yield the rows of a task's photos; a file is measured once however many copies there are of it.
+
+        Where the part is there already, the rows of files that are still the same are kept.
+        """
         measured: dict[str, Scene] = {}
+        before = parts.earlier(self.folder, task.shard)
         for item in task.items:
-            may_be_copy = (item.twin, item.original_shard) != (None, None) and not self.job.names_matter
-            sha256 = _sha256(item) if may_be_copy else ""
-            if sha256 in measured:
-                yield record_of(measured[sha256].renamed(item.photo))
-                continue
-            if sha256 and item.original_shard is not None:
-                record = parts.copied(self.folder, item.original_shard, sha256, item.photo)
-                if record is not None:
-                    yield record
-                    continue
-            scene = self._scene(item)
-            if sha256 and scene.sha256 == sha256:
-                measured[sha256] = scene
-            yield record_of(scene)
+            file, known = FileState.of(item.location), before.get(item.photo)
+            if known is None:
+                yield self._record(item, file, measured)
+            elif file in (None, known.file) or (known.sha256 and known.sha256 == _sha256(item)):
+                yield known.record(known.file if file is None else file)
+            else:
+                record = self._record(item, file, measured)
+                if not is_url(self.folder.location):
+                    self.folder.remove(overlay_name(item.photo))  # it shows the old one
+                yield replace(record, counts=replace(record.counts, again=int(bool(known.sha256))))
+
+    def _record(self, item: Item, file: FileState | None, measured: dict[str, Scene]) -> Record:
+        """Return the row of a photo; `measured` is what this task measured of files that may have copies."""
+        may_be_copy = (item.twin, item.original_shard) != (None, None) and not self.job.names_matter
+        sha256 = _sha256(item) if may_be_copy else ""
+        if sha256 in measured:
+            return record_of(measured[sha256].renamed(item.photo), file)
+        if sha256 and item.original_shard is not None:
+            record = parts.copied(self.folder, item.original_shard, sha256, item.photo, file)
+            if record is not None:
+                return record
+        scene = self._scene(item)
+        if sha256 and scene.sha256 == sha256:
+            measured[sha256] = scene
+        return record_of(scene, file if scene.sha256 else None)  # what could not be read is tried again
 
     def _scene(self, item: Item) -> Scene:
         try:
@@ -132,7 +148,7 @@ def died(item: Item, how: str, job: Job, pose: str, models: Mapping[str, str]) -
     """Return the row of a photo that ended the process measuring it, twice."""
     made_by = Provenance(__version__, job.settings.method, pose, dict(models), job.settings.to_dict())
     reason = f"the process measuring it died ({how}), also when tried alone; look at the file"
-    return record_of(Scene.failed(item.photo, reason, _sha256(item), made_by))
+    return record_of(Scene.failed(item.photo, reason, _sha256(item), made_by), FileState.of(item.location))
 
 
 def _without_name(reason: str, item: Item) -> str:

@@ -213,7 +213,9 @@ class Review:
         def make() -> bytes:
             photo = self.store.open_photo(summary.photo)
             if scene.sha256 and photo.sha256 != scene.sha256:
-                raise PhotoError(f"{summary.photo}: the file is not the one that was measured")
+                raise PhotoError(
+                    f"{summary.photo}: the file is not the one that was measured; run `proxemetry measure` again"
+                )
             return jpeg(photo, long_side_px, blurred)
 
         return self._pictures.get(key, make)
