@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from proxemetry.camera import Camera
 from proxemetry.focal import FocalRequest, estimate_camera
+from proxemetry.locate.focal_profile import Profile
 from proxemetry.locate.self_calibration import WIDEST, calibrate, focal_posterior, with_people
 from proxemetry.locate.verticals import LEAN_SD, STATURE_CV, direct_solutions, residuals_of, segments_of, tops_of
 from proxemetry.people import People
@@ -103,7 +104,8 @@ def test_residuals_are_whitened_by_what_scatters_them() -> None:
     segments = segments_of(crowd(1500, 12, noise_px=3), WIDTH, HEIGHT)
     log_f, at = np.log([0.8, 0.9]), np.array([[0.2, 0.01, -0.5, 0.0, 0.001]] * 2)
     scatter = np.array([0.4, 1.6])
-    residual, jacobian, log_det = residuals_of(segments, log_f, at, scatter)
+    white, log_det = residuals_of(segments, log_f, at, scatter)
+    residual, jacobian = white[0], white[1:]
     tops = tops_of(segments.feet, segments.lengths, log_f, at)
     for g, factor in enumerate(scatter):
         for n in range(len(segments.rows)):
@@ -116,6 +118,18 @@ def test_residuals_are_whitened_by_what_scatters_them() -> None:
             assert log_det[g, n] == pytest.approx(np.linalg.slogdet(covariance)[1])
             slope = tops.by_parameter[:, :, g, n] @ np.linalg.solve(covariance, off)
             assert jacobian[:, :, g, n] @ residual[:, g, n] == pytest.approx(slope)
+
+
+@pytest.mark.parametrize("sd", [0.03, 0.5])
+def test_quantiles_of_a_normal_density_are_those_of_tables(sd: float) -> None:
+    def profile(log_f: np.ndarray) -> Profile:
+        costs = np.tile(((log_f - 0.31) / sd) ** 2 / 2, (3, 1)) + 700  # far down where densities underflow
+        return Profile(log_f, costs, np.zeros((3, len(log_f), 5)))
+
+    whole = profile(np.linspace(-2, 3, 26)).with_finer(profile(np.linspace(-0.1, 0.7, 33)))
+    assert (np.diff(whole.log_f) > 0).all() and len(whole.log_f) == 26 - 4 + 33
+    expected = 0.31 + sd * np.array([-1.6449, 0, 1.6449])
+    assert whole.quantiles() == pytest.approx(tuple(expected), abs=0.03 * sd + 0.002)
 
 
 def test_the_posterior_holds_the_truth() -> None:

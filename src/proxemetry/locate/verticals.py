@@ -26,6 +26,9 @@ LEAN_SD = 0.02
 #: Lengths from the ankle, as parts of the stature (ANSUR II: eye height .936, acromion .821, malleolus .040).
 _EYES_ABOVE_ANKLE, _SHOULDERS_ABOVE_ANKLE = 0.895, 0.775
 _PRINCIPAL_SD = 0.005  # of the long side, for a photo that is no crop
+_EACH_AXIS = np.eye(2)[:, :, None, None]
+#: Where the top of somebody is taken to be whom no camera shows: far out of the photo.
+_NOWHERE = 10.0
 
 
 @dataclass(frozen=True)
@@ -107,73 +110,72 @@ def tops_of(feet: FloatArray, lengths: FloatArray, log_f: FloatArray, parameters
     parameters: shape (G, 5): pitch, roll, log of stature over camera height, principal point. With X the foot and n
     up, n.X = -H, so the top is at X + l S n, which projects like x - (l S / H) (n.x) n for the foot's ray x.
     """
-    pitch, roll, log_ratio, *centre = parameters.T[:, :, None]
-    f, (sin_p, cos_p), (sin_r, cos_r) = np.exp(log_f)[:, None], _sin_cos(pitch), _sin_cos(roll)
-    # Up in the camera frame (see `bodies.Floor`), and two directions square to it: to the side, and ahead.
-    up, side, ahead = (
-        (sin_r * cos_p, -cos_r * cos_p, -sin_p),
-        (cos_r, sin_r, np.zeros_like(roll)),
-        (sin_p * sin_r, -sin_p * cos_r, cos_p),
-    )
-    x, y = ((feet[:, i] - centre[i]) / f for i in range(2))
-    along_up, along_side, along_ahead = (x * w[0] + y * w[1] + w[2] for w in (up, side, ahead))
-    share = np.exp(log_ratio) * lengths
-    reach = share * along_up
-    depth = 1 - reach * up[2]
-    possible = (along_up < 0) & (depth > 1e-3)
-    scale = np.where(possible, f / np.maximum(depth, 1e-3), 0.0)
-    seen = np.stack([x - reach * up[0], y - reach * up[1]]) / np.maximum(depth, 1e-3)
-
-    def shift(w: tuple[FloatArray, ...]) -> FloatArray:
-        """How the picture moves, shape (2, G, N), with a top that moves along w."""
-        return scale * (np.stack([np.broadcast_to(c, scale.shape) for c in w[:2]]) - seen * w[2])
-
-    upwards, sideways, onwards = shift(up), shift(side), shift(ahead)
-    by_foot = np.eye(2)[:, :, None, None] * (scale / f) - np.stack([share * up[i] / f * upwards for i in range(2)])
-    by_pitch = share * along_ahead * upwards + reach * onwards  # d up / d pitch = -ahead
-    by_roll = -cos_p * (share * along_side * upwards + reach * sideways)  # d up / d roll = cos(pitch) side
-    by_centre = np.eye(2)[:, :, None, None] * possible - by_foot
-    at = np.where(possible, np.stack(centre) + f * seen, 10.0)
-    by_parameter = np.concatenate([np.stack([by_pitch, by_roll, -reach * upwards]), by_centre])
-    return Tops(at, by_parameter, by_foot, np.stack([-reach * sideways, -reach * onwards]))
+    pitch, roll, log_ratio, *_ = parameters.T
+    f, centre = np.exp(log_f)[:, None], parameters.T[3:, :, None]
+    axes = _axes(pitch, roll)
+    flat, deep = axes[:, :2], axes[:, 2:]
+    places = (feet.T[:, None] - centre) / f
+    along = flat[:, 0] * places[0] + flat[:, 1] * places[1] + deep[:, 0]
+    share = np.exp(log_ratio)[:, None] * lengths
+    reach = share * along[0]
+    depth = 1 - reach * deep[0, 0]
+    possible = (along[0] < 0) & (depth > 1e-3)
+    depth = np.maximum(depth, 1e-3)
+    seen = (places - reach * flat[0]) / depth
+    scale = np.where(possible, f / depth, 0.0)
+    moved = scale * (flat - seen * deep)  # the picture, with a top that moves up, to the side or ahead
+    by_lean = -reach * moved[1:]
+    # Up leans too where the camera turns, and with it goes the floor.
+    turned = by_lean - (share * along[1:])[:, None] * moved[0]
+    by_foot = _EACH_AXIS * (scale / f) - flat[0][:, None] * (share / f * moved[0])
+    by_parameter = np.empty((5, *seen.shape))
+    by_parameter[0] = -turned[1]
+    by_parameter[1] = np.cos(pitch)[:, None] * turned[0]
+    by_parameter[2] = -reach * moved[0]
+    by_parameter[3:] = _EACH_AXIS * possible - by_foot
+    return Tops(np.where(possible, centre + f * seen, _NOWHERE), by_parameter, by_foot, by_lean)
 
 
-def _sin_cos(angle: FloatArray) -> tuple[FloatArray, FloatArray]:
-    return np.sin(angle), np.cos(angle)
+def _axes(pitch: FloatArray, roll: FloatArray) -> FloatArray:
+    """Return up in the camera frame (see `bodies.Floor`), to the side and ahead on the floor, shape (3, 3, G, 1)."""
+    sin_p, cos_p, sin_r, cos_r = np.sin(pitch), np.cos(pitch), np.sin(roll), np.cos(roll)
+    up = (sin_r * cos_p, -cos_r * cos_p, -sin_p)
+    return np.array([up, (cos_r, sin_r, 0 * roll), (sin_p * sin_r, -sin_p * cos_r, cos_p)])[..., None]
 
 
 def residuals_of(
     segments: Segments, log_f: FloatArray, parameters: FloatArray, scatter: FloatArray
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return whitened residuals (2, G, N), their Jacobian (5, 2, G, N), and the log determinant (G, N) of what whitens.
+) -> tuple[FloatArray, FloatArray]:
+    """Return residuals and their derivatives by the parameters, (6, 2, G, N), whitened, and log determinants (G, N).
 
-    That covariance has the noise of foot and top in it, lean, and how much statures differ. scatter: shape (G,),
-    factors on noise and lean.
+    The determinant is of the covariance that whitens: the noise of foot and top, lean, and how much statures differ.
+    scatter: shape (G,), factors on noise and lean.
     """
     tops = tops_of(segments.feet, segments.lengths, log_f, parameters)
     factor = scatter[:, None]
-    spread = np.concatenate(
-        [
-            tops.by_foot * (factor * segments.feet_sd),
-            tops.by_lean * (factor * LEAN_SD),
-            tops.by_parameter[2:3] * STATURE_CV,
-        ]
+    feet, leans, statures = (
+        tops.by_foot * (factor * segments.feet_sd),
+        tops.by_lean * (factor * LEAN_SD),
+        tops.by_parameter[2:3] * STATURE_CV,
     )
-    (xx, yy), xy = (spread**2).sum(axis=0) + (factor * segments.tops_sd) ** 2, (spread[:, 0] * spread[:, 1]).sum(axis=0)
-    # Cholesky's factor of [[xx, xy], [xy, yy]] is [[a, 0], [b, c]].
+    spread = np.concatenate([feet, leans, statures])
+    tops_variance = (factor * segments.tops_sd) ** 2
+    # Cholesky's factor of the covariance [[xx, xy], [xy, yy]] is [[a, 0], [b, c]].
+    xx, yy = np.einsum("kign,kign->ign", spread, spread) + tops_variance
     a = np.sqrt(xx)
-    b = xy / a
-    c = np.sqrt(np.maximum(yy - b**2, (factor * segments.tops_sd) ** 2))  # never less but for rounding
+    b = np.einsum("kgn,kgn->gn", spread[:, 0], spread[:, 1]) / a
+    c = np.sqrt(np.maximum(yy - b**2, tops_variance))  # never less but for rounding
     white = np.concatenate([(tops.at - segments.tops.T[:, None])[None], tops.by_parameter])
     white[:, 0] /= a
-    white[:, 1] = (white[:, 1] - b * white[:, 0]) / c
-    return white[0], white[1:], 2 * np.log(a * c)
+    white[:, 1] -= b * white[:, 0]
+    white[:, 1] /= c
+    return white, 2 * np.log(a * c)
 
 
 def distances_of(segments: Segments, log_f: float, parameters: FloatArray, scatter: float) -> FloatArray:
     """Return everybody's squared Mahalanobis distance from where one camera would show them, shape (N,)."""
-    residual, _, _ = residuals_of(segments, np.array([log_f]), parameters[None], np.array([scatter]))
-    return (residual**2).sum(axis=0)[0]
+    white, _ = residuals_of(segments, np.array([log_f]), parameters[None], np.array([scatter]))
+    return (white[0, :, 0] ** 2).sum(axis=0)
 
 
 def direct_solutions(segments: Segments, rows: NDArray[np.intp]) -> tuple[FloatArray, FloatArray]:
