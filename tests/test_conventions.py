@@ -65,6 +65,10 @@ def test_a_position_is_the_middle_of_the_torso():
     people = people_at([(0.5, 0.1, 5)], CAMERA)
     scene = place("a", "", 1000, 800, people, estimate(), Settings(method="torso"))
     assert scene.positions_m[0] == pytest.approx([0.5, 0.1, 5])
+    for method, joints in (("shoulder", "shoulder"), ("pupil", "eye")):
+        published = place("a", "", 1000, 800, people, estimate(), Settings(method=method))
+        pair = (people.joint(f"left_{joints}") + people.joint(f"right_{joints}")) / 2
+        assert CAMERA.project(published.positions_m) == pytest.approx(pair)
 
 
 def test_heading_zero_faces_the_camera_and_positive_turns_right():

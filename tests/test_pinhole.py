@@ -145,3 +145,41 @@ def test_the_covariance_is_symmetric_and_positive_and_shares_the_focal_length(me
     assert covariance == pytest.approx(covariance.T)
     assert np.linalg.eigvalsh(covariance).min() > -1e-9
     assert covariance[2, 5] >= 0.03**2 * 5 * 9 * 0.99  # both depths scale with f
+
+
+@pytest.mark.parametrize(("cue", "above_m"), [("torso", 0.0), ("shoulder", 0.255), ("pupil", 0.48)])
+def test_a_place_above_the_torso_is_known_to_be_one_and_is_the_same_for_who_is_placed_alike(cue, above_m):
+    covariance = locate(cue, people_at(PLACES, CAMERA)).covariance_m2
+    heights = covariance[1::3, 1::3]
+    assert heights.diagonal().min() >= above_m**2
+    # what is shared cancels between two of a kind: what is left is the error of the depth and of the joints
+    apart = heights[0, 0] + heights[1, 1] - 2 * heights[0, 1]
+    assert apart <= heights[0, 0] + heights[1, 1] - 2 * above_m**2 + 0.05**2
+
+
+def test_who_is_placed_by_the_eyes_may_be_as_high_as_who_is_placed_by_the_torso():
+    people = without(people_at([(-1, 0, 5), (1, 0, 5)], CAMERA), "left_hip", row=0)
+    people = without(people, "left_shoulder", row=0)
+    bodies = locate("combined", people)
+    assert bodies.basis == ("pupil", "torso")
+    blocks = bodies.covariance_m2.reshape(2, 3, 2, 3)
+    between = blocks[0, :, 0] + blocks[1, :, 1] - blocks[0, :, 1] - blocks[1, :, 0]
+    assert between[1, 1] >= 0.48**2
+
+
+@pytest.mark.parametrize(("cue", "turned_rad"), [("shoulder", np.pi), ("pupil", np.pi / 3)])
+def test_who_faces_anywhere_is_as_near_as_the_interval_says(cue, turned_rad):
+    """A turned body looks narrower, so farther away: the depth times 1 / cos h, and no other error."""
+    headings = np.linspace(0, turned_rad, 201)[:-1] + turned_rad / 400
+    shown = np.abs(np.cos(headings))
+    joints = {"shoulder": ("left_shoulder", "right_shoulder"), "pupil": ("left_eye", "right_eye")}[cue]
+    people = people_at([(0, 0, 5)] * len(headings), CAMERA)
+    keypoints = people.keypoints_px.copy()
+    rows = [people.skeleton.index(joint) for joint in joints]
+    middle = keypoints[:, rows].mean(axis=1, keepdims=True)
+    keypoints[:, rows] = middle + (keypoints[:, rows] - middle) * shown[:, None, None]
+    bodies = locate(cue, People(people.skeleton, keypoints, people.scores))
+    depth, sd = bodies.positions_m[:, 2], bodies.position_sd_m[:, 2]
+    assert depth == pytest.approx(5 / shown)
+    assert np.mean((depth - 5) ** 2 / depth**2) <= np.mean(sd**2 / depth**2)
+    assert np.mean(np.abs(depth - 5) <= 1.645 * sd) >= 0.9

@@ -46,7 +46,8 @@ def _nothing() -> FloatArray:
 class Bodies:
     """P people placed in the camera frame (x right, y down, z forward, metres).
 
-    positions_m: shape (P, 3), the middle of the torso; NaN rows where a person could not be placed.
+    positions_m: shape (P, 3), the middle of the torso (of the shoulders or the eyes, where the paper's estimators went
+    by those); NaN rows where a person could not be placed.
     covariance_m2: shape (3P, 3P), the joint covariance, persons' x, y, z in turn; NaN for those not placed.
     method: the option's name. basis: per person the evidence used ("torso", "feet+torso"), "" where not placed.
     reasons: per person why there is no position, or None.

@@ -144,7 +144,8 @@ _PEOPLE = (
         "basis",
         "VARCHAR",
         "",
-        "the evidence used: feet, legs, torso, shoulders, eyes, head, with + between them",
+        "the evidence used: feet, legs, torso, shoulders, eyes, head, with + between them; torso, shoulder or pupil "
+        "where the paper's estimators placed the person",
         lambda s, i: s.bodies.basis[i] or None,
     ),
     Column("score", "DOUBLE", "", "detector's confidence, 0 to 1", lambda s, i: float(s.people.person_scores[i])),

@@ -40,19 +40,22 @@ class Cue:
     """One body length and the relative standard deviations of the depth that it gives.
 
     population: of the length among adults (ANSUR II, half women, half men). constant: how far the paper's constant may
-    lie from the length between the joints that a detector marks. angle: foreshortening by posture and heading.
+    lie from the length between the joints that a detector marks. angle: foreshortening by posture and heading, the root
+    mean square of 1 - cos h: bodies face anywhere, faces that show both eyes are turned by up to 60 degrees.
+    above_m: how far the middle of the pair lies above the middle of the torso, which is where a person is.
     """
 
     length_m: float
     population: float
     constant: float
     angle: float
+    above_m: float
 
 
 _CUES = {
-    "torso": Cue(length_m=0.444, population=0.078, constant=0.08, angle=0.05),
-    "shoulder": Cue(length_m=0.389, population=0.080, constant=0.08, angle=0.20),
-    "pupil": Cue(length_m=0.063, population=0.059, constant=0.03, angle=0.10),
+    "torso": Cue(length_m=0.444, population=0.078, constant=0.08, angle=0.05, above_m=0.0),
+    "shoulder": Cue(length_m=0.389, population=0.080, constant=0.08, angle=0.48, above_m=0.255),
+    "pupil": Cue(length_m=0.063, population=0.059, constant=0.03, angle=0.23, above_m=0.48),
 }
 _CODE_TORSO_M = 0.4445
 _SHOULDER_RATIO = 1.25
@@ -205,6 +208,11 @@ def _covariance(
     for name in CUES:  # a constant that is off scales everybody placed by it
         scale = np.where(np.array([chosen[i] == name for i in rows])[:, None], place * _CUES[name].constant, 0.0)
         joint += np.einsum("ia,jb->iajb", scale, scale)
+    # The published places are those of the pairs: somebody's eyes and somebody else's torso are not at one height.
+    above = np.zeros_like(place)
+    for name in CUES:
+        above[:, 1] = [_CUES[name].above_m if chosen[i] == name else 0.0 for i in rows]
+        joint += np.einsum("ia,jb->iajb", above, above)
     focal = np.zeros_like(place)
     focal[:, 2] = camera.focal_rel_sd * depth  # X and Y do not depend on f: both d and 1/f scale
     principal = np.zeros((2, len(rows), 3))
