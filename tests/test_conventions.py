@@ -9,7 +9,7 @@ from drawn import people_at
 
 from proxemetry.bodies import Floor
 from proxemetry.camera import Camera
-from proxemetry.distances import LEVEL, ZONE_LIMITS_M, ground_frame
+from proxemetry.distances import LEVEL, ZONE_LIMITS_M, Distances, ground_frame
 from proxemetry.measure import Settings, place
 from proxemetry.people import People
 from proxemetry.photo import Photo
@@ -80,6 +80,15 @@ def test_heading_zero_faces_the_camera_and_positive_turns_right():
 def test_intervals_are_ninety_percent_and_zones_are_halls():
     assert LEVEL == 0.9
     assert ZONE_LIMITS_M == (0.457, 1.219, 3.658)
+
+
+def test_a_zone_is_stated_where_it_is_more_likely_than_not():
+    for likely in (0.5, 0.49):
+        zones = np.full((2, 2, 4), (1 - likely) / 3)
+        zones[..., 1] = likely
+        metres = np.full((2, 2), 1.0)
+        distances = Distances(metres, metres * 0.3, metres * 1.5, metres, zones, metres * 0, True)
+        assert distances.zone(0, 1) == ("personal" if likely == 0.5 else "uncertain")
 
 
 def estimate():

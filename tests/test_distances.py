@@ -1,6 +1,7 @@
 """Distances, intervals, zones and groups: closed forms and laws."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from proxemetry.bodies import Bodies, Mode
-from proxemetry.distances import ZONES, ground_frame, measure_distances, zone_of
+from proxemetry.distances import UNCERTAIN, ZONES, ground_frame, measure_distances, zone_of
 
 LEVEL_UP = np.array([0.0, -1.0, 0.0])
 
@@ -128,6 +129,23 @@ def test_who_is_not_placed_has_no_distance_and_keeps_the_row():
     assert distances.distance_m[0, 2] == pytest.approx(5)
     assert distances.zone(0, 1) is None
     assert distances.below(10) == 1
+
+
+def test_a_pair_with_two_explanations_has_no_zone_and_is_vague():
+    def mode(weight, apart_m):
+        one = bodies_at([(0, 0, 5), (apart_m, 0, 5)], sd=0.02)
+        return Mode(weight, one.positions_m, one.covariance_m2)
+
+    near, far = mode(0.4, 0.3), mode(0.6, 3.0)
+    both = replace(bodies_at([(0, 0, 5), (0.3, 0, 5)], sd=0.02), method="scene", modes=(near, far))
+    distances = measure_distances(both)
+    assert distances.distance_m[0, 1] < 0.457  # an error of the short answer costs ten times as much
+    assert distances.zone_probability[0, 1].tolist() == pytest.approx([0.4, 0, 0.6, 0], abs=0.01)
+    assert distances.zone(0, 1) == UNCERTAIN
+    assert distances.vague(0, 1)
+    sure = measure_distances(replace(both, modes=()))
+    assert sure.zone(0, 1) == "intimate"
+    assert not sure.vague(0, 1)
 
 
 @pytest.mark.parametrize(

@@ -3,6 +3,7 @@
 import math
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -235,3 +236,17 @@ def test_pyplot_is_never_loaded() -> None:
         "import proxemetry.plots.figure; assert 'matplotlib.pyplot' not in sys.modules"
     )
     subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_a_pair_whose_interval_says_more_than_its_number_is_marked():
+    from proxemetry.plots.choice import line_styles, pair_text, short_pair_text
+
+    scene = drawn_scene([(0.0, 5.0), (1.0, 5.0)])
+    metres = scene.distances
+    sure = short_pair_text(metres, 0, 1)
+    assert "?" not in pair_text(metres, 0, 1) + sure
+    doubtful = replace(metres, low_m=metres.low_m * 0.1, high_m=metres.high_m * 2)
+    assert pair_text(doubtful, 0, 1).endswith("] ?")
+    assert "–" in short_pair_text(doubtful, 0, 1)
+    assert sure not in short_pair_text(doubtful, 0, 1)
+    assert line_styles(metres, [(0, 1)]) != line_styles(doubtful, [(0, 1)])

@@ -23,6 +23,10 @@ ComplexArray = NDArray[np.complex128]
 #: Hall 1966: upper limits of the zones in metres; beyond the last is public.
 ZONES = ("intimate", "personal", "social", "public")
 ZONE_LIMITS_M = (0.457, 1.219, 3.658)
+#: What is said instead of a zone that a pair is less likely in than not.
+UNCERTAIN = "uncertain"
+#: An interval from one end to more than this many times that is to be read instead of any one number.
+_VAGUE = 4.0
 
 #: The share that `low_m` and `high_m` enclose.
 LEVEL = 0.9
@@ -73,8 +77,19 @@ class Distances:
         return [(a, b) for a in range(len(self)) for b in range(a + 1, len(self))]
 
     def zone(self, a: int, b: int) -> str | None:
-        """Return Hall's zone of a pair, None where its distance is unknown."""
-        return zone_of(float(self.distance_m[a, b]))
+        """Return Hall's zone of a pair's distance, None where that is unknown.
+
+        `UNCERTAIN` where the pair is less likely in that zone than not: the distance is the answer of least expected
+        error, and of a pair with several explanations it may lie where hardly one of them does.
+        """
+        zone = zone_of(float(self.distance_m[a, b]))
+        if zone is None:
+            return None
+        return zone if self.zone_probability[a, b, ZONES.index(zone)] >= 0.5 else UNCERTAIN
+
+    def vague(self, a: int, b: int) -> bool:
+        """Return whether a pair's interval says more than its distance: its ends are far apart, as a ratio."""
+        return is_vague(float(self.low_m[a, b]), float(self.high_m[a, b]))
 
     def below(self, limit_m: float) -> int:
         """Return how many pairs stand nearer than `limit_m`."""
@@ -86,6 +101,11 @@ def zone_of(distance_m: float) -> str | None:
     if math.isnan(distance_m):
         return None
     return ZONES[int(np.searchsorted(ZONE_LIMITS_M, distance_m, side="right"))]
+
+
+def is_vague(low_m: float, high_m: float) -> bool:
+    """Return whether an interval says more than the distance in it; not where there is none."""
+    return high_m > _VAGUE * low_m
 
 
 def ground_frame(up: FloatArray | None) -> FloatArray:

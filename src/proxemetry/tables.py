@@ -210,7 +210,13 @@ _PAIRS = (
     Column("low_m", "DOUBLE", "m", "lower end of the 90 % interval", _pair("low_m")),
     Column("high_m", "DOUBLE", "m", "upper end of the 90 % interval", _pair("high_m")),
     Column("distance_3d_m", "DOUBLE", "m", "distance in space", _pair("distance_3d_m")),
-    Column("zone", "VARCHAR", "", "Hall's zone of distance_m", lambda s, a, b: s.distances.zone(a, b)),
+    Column(
+        "zone",
+        "VARCHAR",
+        "",
+        "Hall's zone of distance_m; uncertain where it is less likely than not",
+        lambda s, a, b: s.distances.zone(a, b),
+    ),
     Column("reason", "VARCHAR", "", "why there is no distance", _pair_reason),
     Column(
         "on_ground",

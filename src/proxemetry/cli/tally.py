@@ -6,7 +6,7 @@ from typing import Any
 
 from ..archive.parts import attached, quoted
 from ..archive.results import Results
-from ..distances import ZONES
+from ..distances import UNCERTAIN, ZONES, is_vague
 from ..focal import ASSUMED
 from .camera_options import WHAT_TO_STATE
 
@@ -56,13 +56,15 @@ def _print_photos(duck: Any, photos: str, pairs: str) -> None:
     print(f"{'photo':{width}}  people  pairs  nearest pair [90 % interval]")
     for photo, status, reason, people, n_pairs, nearest, low, high, a, b in rows:
         if nearest is not None:
-            said = f"{a}-{b}: {nearest:.2f} m [{low:.2f}, {high:.2f}]"
+            said = f"{a}-{b}: {nearest:.2f} m [{low:.2f}, {high:.2f}]{' ?' if is_vague(low, high) else ''}"
         elif status == "ok":
             said = reason or ("nobody could be placed" if people > 1 else "one person")
         else:
             said = "no focal length" if status == "no_camera" else f"{status}: {reason}"
         shown = photo if len(photo) <= width else "..." + photo[3 - width :]
         print(f"{shown:{width}}  {_count(people):>6}  {_count(n_pairs):>5}  {said}")
+    if any(low is not None and is_vague(low, high) for *_, low, high, _, _ in rows):
+        print("?: too uncertain for one number: read the interval")
     print()
 
 
@@ -95,14 +97,18 @@ def _print_totals(duck: Any, totals: dict[str, Any], pairs: str) -> None:
     assumed = f" ({totals['assumed']} with an ASSUMED focal length)" if totals["assumed"] else ""
     print(f"photos   {totals['photos']}: {totals['measured']} measured{assumed}{''.join(', ' + r for r in rest)}")
     print(f"people   {totals['people'] or 0}")
-    counts = ", ".join(f"count(*) FILTER (zone = '{zone}') {zone}" for zone in ZONES)
+    counts = ", ".join(f"sum(p_{zone}) {zone}" for zone in ZONES)
     found = _one_row(
-        duck, f"SELECT count(*) n, median(distance_m) median, {counts} FROM {pairs} WHERE distance_m IS NOT NULL"
+        duck,
+        f"SELECT count(*) n, median(distance_m) median, count(*) FILTER (zone = '{UNCERTAIN}') uncertain, {counts} "
+        f"FROM {pairs} WHERE distance_m IS NOT NULL",
     )
     if not found["n"]:
         print("pairs    0")
         return
     zones = ", ".join(f"{zone} {found[zone] / found['n']:.0%}" for zone in ZONES)
     print(f"pairs    {found['n']}: median {found['median']:.2f} m; {zones}")
+    if found["uncertain"]:
+        print(f"         {found['uncertain']} of uncertain zone: read their intervals and probabilities")
     if totals["safe_m"] is not None:
         print(f"         {totals['below']} nearer than {totals['safe_m']:g} m")

@@ -16,6 +16,10 @@ FloatArray = NDArray[np.float64]
 #: Okabe and Ito 2008: told apart with any colour vision; the number beside each person says the same.
 PERSON_COLOURS = ("#E69F00", "#56B4E9", "#009E73", "#F0E442", "#0072B2", "#D55E00", "#CC79A7")
 UNPLACED_COLOUR = "#BBBBBB"
+#: Stands after a distance whose interval says more than the number.
+VAGUE_MARK = "?"
+#: A line's dashes as matplotlib takes them: where they begin, and on and off in points.
+LineStyle = tuple[float, tuple[float, float] | None]
 
 _ALL_PAIRS_UP_TO = 3
 
@@ -59,8 +63,22 @@ def metres_text(value_m: float, low_m: float = math.nan, high_m: float = math.na
 
 
 def pair_text(distances: Distances, a: int, b: int) -> str:
-    """Return a pair's distance with its interval."""
-    return metres_text(*(float(m[a, b]) for m in (distances.distance_m, distances.low_m, distances.high_m)))
+    """Return a pair's distance with its interval, and a question mark where only that is to be read."""
+    text = metres_text(*(float(m[a, b]) for m in (distances.distance_m, distances.low_m, distances.high_m)))
+    return f"{text} {VAGUE_MARK}" if distances.vague(a, b) else text
+
+
+def short_pair_text(distances: Distances, a: int, b: int) -> str:
+    """Return a pair's distance alone, "0.05–2.2 m ?" where a bare number would claim what nobody knows."""
+    if not distances.vague(a, b):
+        return metres_text(float(distances.distance_m[a, b]))
+    low, high = (metres_text(float(m[a, b])).removesuffix(" m") for m in (distances.low_m, distances.high_m))
+    return f"{low}–{high} m {VAGUE_MARK}"
+
+
+def line_styles(distances: Distances, shown: list[tuple[int, int]]) -> list[LineStyle]:
+    """Return how the pairs' lines are drawn: broken where the number is not to be relied on."""
+    return [(0.0, (4.0, 2.5)) if distances.vague(a, b) else (0.0, None) for a, b in shown]
 
 
 def _counted(count: int, one: str, many: str) -> str:
@@ -94,6 +112,8 @@ def footnote(scene: Scene, shown: list[tuple[int, int]]) -> str:
     which = "all pairs" if len(shown) == known else f"nearest neighbours, {len(shown)} of {known} pairs"
     kind = "along the ground" if scene.distances.on_ground else "in space (gravity unknown)"
     words = [f"Lines: {which}. Distance between body centres {kind} [90 % interval]."] if known else []
+    if any(scene.distances.vague(a, b) for a, b in shown):
+        words.append(f"{VAGUE_MARK} (broken line): too uncertain for one number, read the interval.")
     reasons: dict[str, list[str]] = {}
     for person, reason in enumerate(scene.bodies.reasons):
         if reason:

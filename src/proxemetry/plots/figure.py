@@ -72,7 +72,7 @@ def _sheet(
     figure = Figure(figsize=(total_width, total_height), facecolor="white")
     FigureCanvasAgg(figure)
     left = _MARGIN_IN / total_width
-    title = textwrap.shorten(scene.photo, int(per_line * 0.7), placeholder=" ...")
+    title = _ending(scene.photo, int(per_line * 0.6))
     figure.text(left, 1 - 0.14 / total_height, _plain(title), size=12, weight="bold", color=_INK, va="top")
     line = textwrap.shorten(headline(scene), per_line, placeholder=" ...")
     figure.text(left, 1 - 0.37 / total_height, _plain(line), size=_TEXT_PT, color=_FAINT, va="top")
@@ -90,6 +90,11 @@ def _sheet(
         for (x, y), (panel_width, panel_height) in zip(spots, sizes, strict=True)
     ]
     return figure, panels
+
+
+def _ending(name: str, most: int) -> str:
+    """Return the end of a photo's path, which is what tells it from others, where the whole is too long."""
+    return name if len(name) <= most else f"...{name[3 - most :]}"
 
 
 def _plain(text: str) -> str:

@@ -11,7 +11,7 @@ from matplotlib.patches import Ellipse, Polygon
 from numpy.typing import NDArray
 
 from ..scene import Scene
-from .choice import colour_of, metres_text
+from .choice import colour_of, line_styles, short_pair_text
 from .geometry import CHI2_90, ellipse, field_of_view, ground_positions
 from .lettering import badge_radius_pt, draw_badges, draw_pair_labels, panel_box, to_points
 from .placement import around
@@ -42,12 +42,14 @@ def draw_plan(axes: Axes, scene: Scene, shown: list[tuple[int, int]]) -> None:
         _draw_ellipse(axes, positions[person], covariances[person], colour_of(person))
         _draw_heading(axes, positions[person], float(scene.bodies.heading_rad[person]))
     segments = [positions[[a, b]] for a, b in shown]
-    axes.add_collection(LineCollection(segments, colors="#333333", linewidths=0.9, zorder=3), autolim=False)
+    styles = line_styles(scene.distances, shown)
+    lines = LineCollection(segments, colors="#333333", linewidths=0.9, linestyles=styles, zorder=3)
+    axes.add_collection(lines, autolim=False)
     points = to_points(axes, positions)
     reach = 2 * badge_radius_pt(len(placed))
     spots = [np.concatenate([points[[i]], around(points[i], reach, 3.0)]) for i in placed]
     taken = draw_badges(axes, spots, placed, [colour_of(i) for i in placed], with_dots=True)
-    texts = [metres_text(float(scene.distances_m[a, b])) for a, b in shown]
+    texts = [short_pair_text(scene.distances, a, b) for a, b in shown]
     draw_pair_labels(axes, [(points[a], points[b]) for a, b in shown], texts, taken, np.zeros((0, 4)))
 
 

@@ -57,7 +57,7 @@ class Group:
 
 @dataclass(frozen=True)
 class Pair:
-    """One pair, for the lists of the nearest and the least certain."""
+    """One pair, for the lists of the nearest and the least certain. p_zones: its probabilities, as `ZONES`."""
 
     photo: str
     person_a: int
@@ -65,6 +65,8 @@ class Pair:
     distance_m: float
     low_m: float
     high_m: float
+    zone: str
+    p_zones: tuple[float, ...]
 
 
 @dataclass(frozen=True)
@@ -169,10 +171,15 @@ def _counted(duck: Any, what: str, source: str) -> list[tuple[str, int]]:
 
 def _listed(duck: Any, order: str, count: int) -> list[Pair]:
     rows = duck.execute(
-        "SELECT photo, person_a, person_b, distance_m, low_m, high_m FROM report_pairs WHERE distance_m > 0 "
-        f"ORDER BY {order}, photo, person_a, person_b LIMIT {int(count)}"
+        f"SELECT photo, person_a, person_b, distance_m, low_m, high_m, zone, {', '.join(f'p_{z}' for z in ZONES)} "
+        f"FROM report_pairs WHERE distance_m > 0 ORDER BY {order}, photo, person_a, person_b LIMIT {int(count)}"
     ).fetchall()
-    return [Pair(str(p), int(a), int(b), float(d), _number(low), _number(high)) for p, a, b, d, low, high in rows]
+    return [
+        Pair(
+            str(p), int(a), int(b), float(d), _number(low), _number(high), str(zone or ""), tuple(map(_number, shares))
+        )
+        for p, a, b, d, low, high, zone, *shares in rows
+    ]
 
 
 def _number(value: float | None) -> float:

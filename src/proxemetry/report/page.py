@@ -8,11 +8,14 @@ from collections.abc import Mapping, Sequence
 from html import escape
 from typing import Any
 
+from ..distances import UNCERTAIN, ZONES
 from ..plots.choice import metres_text
 from .charts import histogram, legend, zone_bar
 from .numbers import Distances, Group, Numbers, Pair, Share, names_of
 from .wording import CITE, LIMITS, METHODS, STYLE
 
+#: A zone less probable is not named beside an uncertain one.
+_WORTH_SAYING = 0.1
 _POLICY = "default-src 'none'; img-src data:; style-src 'unsafe-inline'"
 
 
@@ -188,13 +191,23 @@ def _pairs(title: str, pairs: Sequence[Pair], text: str) -> str:
         return ""
     rows = "".join(
         f"<tr><th scope='row'>{escape(p.photo)}</th><td>{p.person_a} – {p.person_b}</td>"
-        f"<td>{metres_text(p.distance_m, p.low_m, p.high_m)}</td></tr>"
+        f"<td>{metres_text(p.distance_m, p.low_m, p.high_m)}</td><td>{escape(_zone(p))}</td></tr>"
         for p in pairs
     )
     return (
         f"<section><h2>{title}</h2><p>{text}</p><table><thead><tr><th scope='col'>photo</th><th scope='col'>people</th>"
-        f"<th scope='col'>distance [90 % interval]</th></tr></thead><tbody>{rows}</tbody></table></section>"
+        "<th scope='col'>distance [90 % interval]</th><th scope='col'>zone</th></tr></thead>"
+        f"<tbody>{rows}</tbody></table></section>"
     )
+
+
+def _zone(pair: Pair) -> str:
+    """Return a pair's zone, with the likelier ones of an uncertain one."""
+    if pair.zone != UNCERTAIN:
+        return pair.zone
+    likely = sorted(zip(pair.p_zones, ZONES, strict=True), reverse=True)
+    named = ", ".join(f"{zone} {100 * p:.0f} %" for p, zone in likely if p >= _WORTH_SAYING)
+    return f"{pair.zone}: {named}"
 
 
 def _method(run: Mapping[str, Any], numbers: Numbers) -> str:

@@ -141,6 +141,7 @@ def _pairs(scene: Scene) -> list[dict[str, Any]]:
             "distance_m": number(distances.distance_m[a, b], 3),
             "low_m": number(distances.low_m[a, b], 3),
             "high_m": number(distances.high_m[a, b], 3),
+            "vague": distances.vague(a, b),
             "zone": distances.zone(a, b),
             "zones": numbers(distances.zone_probability[a, b], 3),
             "group": number(distances.group_probability[a, b], 2),

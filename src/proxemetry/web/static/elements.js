@@ -35,4 +35,10 @@ export function metres(value, low = null, high = null) {
   return low === null || high === null ? `${number(value)} m` : `${number(value)} m [${number(low)}, ${number(high)}]`;
 }
 
+/** A pair's distance with its interval; a question mark where only the interval is to be read. */
+export const pairText = (p) => metres(p.distance_m, p.low_m, p.high_m) + (p.vague ? " ?" : "");
+
+/** A pair's distance alone, or its ends where a bare number would claim what nobody knows. */
+export const shortPairText = (p) => p.vague ? `${metres(p.low_m).replace(" m", "")}–${metres(p.high_m)} ?` : metres(p.distance_m);
+
 export const plural = (count, one, many) => `${count.toLocaleString("en")} ${count === 1 ? one : many}`;

@@ -1,7 +1,7 @@
 // The photo with what was found: skeletons, numbers and distances, in pixels of the full-size photo.
 
 import * as api from "./api.js";
-import { metres, svg } from "./elements.js";
+import { pairText, svg } from "./elements.js";
 import { place, placeBadges } from "./placement.js";
 
 const MOST_SPARE_PAIRS = 1200;
@@ -185,7 +185,7 @@ export class Overlay {
     const spare = known.length <= MOST_SPARE_PAIRS ? known.filter((p) => !drawn.includes(p)) : [];
     const size = (many ? 11 : 13) * unit;
     const items = drawn.map((p) => {
-      const text = metres(p.distance_m, p.low_m, p.high_m);
+      const text = pairText(p);
       return { pair: p, text, from: people[p.a].anchor, to: people[p.b].anchor, w: text.length * size * 0.56 + size * 0.7, h: size * 1.5 };
     });
     const avoid = heads.map(([x, y, r]) => [x - r * 0.8, y - r * 0.8, x + r * 0.8, y + r * 0.8]);
@@ -200,7 +200,7 @@ export class Overlay {
     const [x2, y2] = this.fields.people[p.b].anchor;
     const group = svg("g", { class: `pairline ${kind}`, "data-pair": `${p.a}-${p.b}`, visibility: kind ? "hidden" : null },
       svg("line", { class: "under", x1, y1, x2, y2, "stroke-width": 4.5 * unit }),
-      svg("line", { class: "over", x1, y1, x2, y2, "stroke-width": 2.2 * unit }),
+      svg("line", { class: "over", x1, y1, x2, y2, "stroke-width": 2.2 * unit, "stroke-dasharray": p.vague ? `${6 * unit} ${4 * unit}` : null }),
       !kind && svg("line", { class: "hit", x1, y1, x2, y2, "stroke-width": 10 * unit }));
     this.linked(group, { pair: `${p.a}-${p.b}` });
     return group;

@@ -9,6 +9,9 @@ const ACTIONS = {
 };
 export const SIZES = { adults: "adult", children: "child" };
 
+const ZONES = ["intimate", "personal", "social", "public"];
+const likely = (shares) => shares.every((v) => v === null) ? null : ZONES.map((zone, k) => `${zone} ${Math.round(100 * shares[k])} %`).join(", ");
+
 export class Panel {
   constructor(host, on) {
     this.host = host;
@@ -62,13 +65,14 @@ export class Panel {
   pairs() {
     const { pairs, on_ground: ground } = this.fields;
     if (!pairs.length) return html("p", { class: "hint", text: this.fields.reason ?? "There is no pair of people." });
+    const doubts = pairs.some((p) => p.vague) ? ". ?: too uncertain for one number, read the interval" : "";
     const meaning = pairs.every((p) => p.distance_m === null) ? "No pair has a distance"
-      : `Between body centres, ${ground ? "along the ground" : "in space (gravity unknown)"}; 90 % intervals`;
+      : `Between body centres, ${ground ? "along the ground" : "in space (gravity unknown)"}; 90 % intervals${doubts}`;
     const rows = pairs.map((p) => this.row({ "data-pair": `${p.a}-${p.b}` }, { pair: `${p.a}-${p.b}` },
       html("th", { scope: "row" }, this.dot(p.a), " – ", this.dot(p.b)),
-      html("td", { class: "num", text: p.distance_m === null ? "unknown" : metres(p.distance_m) }),
+      html("td", { class: "num", text: p.distance_m === null ? "unknown" : `${metres(p.distance_m)}${p.vague ? " ?" : ""}` }),
       html("td", { class: "num", text: p.low_m === null ? "" : metres(p.distance_m, p.low_m, p.high_m).replace(/^.*\[(.*)\]$/, "$1") }),
-      html("td", { text: p.zone ?? "" }),
+      html("td", { text: p.zone ?? "", title: likely(p.zones) }),
       html("td", { class: "num", text: p.group === null ? "" : p.group.toFixed(2) })));
     return html("table", {}, html("caption", { class: "hint", text: meaning }),
       html("thead", {}, html("tr", {}, ["Pair", "Distance", "Interval, m", "Zone", "Group"].map((text, k) =>

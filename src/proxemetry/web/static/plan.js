@@ -1,6 +1,6 @@
 // The view from above, in metres: the camera looks up the page.
 
-import { metres, svg } from "./elements.js";
+import { metres, shortPairText, svg } from "./elements.js";
 import { place } from "./placement.js";
 
 const STEPS = [1, 2, 5, 10, 20, 50, 100, 200, 500];
@@ -124,13 +124,13 @@ export class Plan {
     if (!a || !b) return null;
     const [[x1, y1], [x2, y2]] = [at(a), at(b)];
     const shown = this.state.allPairs || p.nearest;
-    return svg("line", { class: `pair${shown ? "" : " spare"}`, x1, y1, x2, y2, "data-pair": `${p.a}-${p.b}`, visibility: shown ? null : "hidden" });
+    return svg("line", { class: `pair${shown ? "" : " spare"}${p.vague ? " vague" : ""}`, x1, y1, x2, y2, "data-pair": `${p.a}-${p.b}`, visibility: shown ? null : "hidden" });
   }
 
   labels(known, placed, at, width, height) {
     const shown = known.filter((p) => p.nearest && this.fields.people[p.a].ground && this.fields.people[p.b].ground);
     const items = shown.map((p) => {
-      const text = metres(p.distance_m);
+      const text = shortPairText(p);
       return { pair: p, text, from: at(this.fields.people[p.a].ground), to: at(this.fields.people[p.b].ground), w: text.length * 6.2 + 8, h: 16 };
     });
     const taken = placed.map((p) => { const [u, v] = at(p.ground); return [u - 11, v - 11, u + 11, v + 11]; });
