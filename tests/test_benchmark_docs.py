@@ -48,7 +48,8 @@ def test_the_python_of_the_page_runs(
 ) -> None:
     pytest.importorskip("matplotlib")
     monkeypatch.chdir(tmp_path)
-    (tmp_path / "predictions.json").write_text(block("json"))
+    for name in ("predictions.json", "other.json"):
+        (tmp_path / name).write_text(block("json"))
     (tmp_path / "korte").mkdir()
     (tmp_path / "korte" / "labels").symlink_to(KORTE.resolve())
     exec(compile(block("python"), "benchmark.md", "exec"), {})

@@ -9,11 +9,12 @@ from .errata import Erratum, load_errata
 from .image_score import ImageScore
 from .labels import LabelImage, Labels, Mark, read_labels
 from .metrics import Summary, error_by_distance, f1, summarise, zone_confusion
+from .paired import Difference, difference
 from .predictions import Prediction, Predictions, read_predictions, write_predictions
 from .scores import DEFAULT_PROTOCOL, PROTOCOLS, Group, Score, score, score_files
 
 __all__ = [
-    "DEFAULT_PROTOCOL", "PROTOCOLS", "Erratum", "Group", "ImageScore", "LabelImage", "Labels", "Mark", "Prediction",
-    "Predictions", "Score", "Summary", "error_by_distance", "f1", "load_errata", "read_labels", "read_predictions",
-    "score", "score_files", "summarise", "write_predictions", "zone_confusion",
+    "DEFAULT_PROTOCOL", "PROTOCOLS", "Difference", "Erratum", "Group", "ImageScore", "LabelImage", "Labels", "Mark",
+    "Prediction", "Predictions", "Score", "Summary", "difference", "error_by_distance", "f1", "load_errata",
+    "read_labels", "read_predictions", "score", "score_files", "summarise", "write_predictions", "zone_confusion",
 ]  # fmt: skip

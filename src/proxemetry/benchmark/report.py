@@ -7,6 +7,7 @@ from collections.abc import Mapping
 
 from ..distances import ZONES
 from .metrics import Summary
+from .paired import difference
 from .scores import Score
 
 
@@ -87,9 +88,10 @@ def _number(value: float) -> str:
 
 def comparison(scores: Mapping[str, Score]) -> str:
     """Return one line a method: the figures to choose by, under the protocol and the labels they were scored on."""
-    first = next(iter(scores.values()))
+    (reference, first), *others = scores.items()
     heads = (
         "method", "pairs", "unscored", "error %", "95 %", "median %", "bias %", "found", "false", "cover", "width m",
+        *([f"against {reference} %"] if others else []),
     )  # fmt: skip
     rows: list[tuple[str, ...]] = [heads]
     for name, score in scores.items():
@@ -100,6 +102,7 @@ def comparison(scores: Mapping[str, Score]) -> str:
             f"{low:.1f}-{high:.1f}" if math.isfinite(low) else "-", _number(o.pair_error_pct_median_over_pairs),
             _number(o.signed_bias_pct), _number(o.detection_rate), _number(o.false_discovery_rate),
             _number(o.coverage_90), _number(o.interval_width_mm_mean / 1000),
+            *([_difference(score, first)] if others else []),
         ))  # fmt: skip
     baseline = ["-"] * len(heads)
     baseline[:4] = [
@@ -116,4 +119,14 @@ def comparison(scores: Mapping[str, Score]) -> str:
     ]
     caption = f"protocol {first.protocol}; labels {first.labels}; {first.overall.n_images} photos"
     explained = "error: mean over photos; median, bias: over pairs; cover: of the 90 % intervals"
-    return "\n".join([caption, *lines, f"({explained})"]) + "\n"
+    paired = f"; against {reference}: over the photos that both score" if others else ""
+    return "\n".join([caption, *lines, f"({explained}{paired})"]) + "\n"
+
+
+def _difference(score: Score, first: Score) -> str:
+    """Return how much more a method errs than the first, with its 95 % interval."""
+    apart = difference(score, first)
+    if score is first or not apart.n_images:
+        return "-"
+    low, high = apart.ci95
+    return f"{apart.pair_error_pct_mean_over_images:+.1f} [{low:+.1f}, {high:+.1f}]"

@@ -13,7 +13,7 @@ from ..locate import BODY_SIZES, METHODS, LocateSettings
 from ..measure import DEFAULT_METHOD, Settings
 from ..trial import predict_labels, predict_photos
 from . import DONE
-from .score import show
+from .score import check_output, show
 
 HOW = """KORTE is 96 photographs of people at measured places. The photos and labels are their authors' to give:
 
@@ -72,6 +72,7 @@ def run(args: argparse.Namespace) -> int:
     if not args.labels or (args.images is None) == (args.keypoints is None):
         raise SettingsError("benchmark needs --labels DIR and either --images DIR or --keypoints; see --how")
     methods = _methods(args.method)
+    check_output(args, len(methods))
     labels = read_labels(args.labels, errata=PROTOCOLS[args.protocol].errata)
     settings = {m: Settings(method=m, locate=LocateSettings(body_size=args.body_size)) for m in methods}
     if args.keypoints != "labels":
@@ -103,7 +104,7 @@ def _measured(args: argparse.Namespace, settings: dict[str, Settings]) -> dict[s
 
 
 def _methods(names: str) -> list[str]:
-    methods = list(METHODS) if names == "all" else [name.strip() for name in names.split(",")]
+    methods = list(METHODS) if names == "all" else list(dict.fromkeys(name.strip() for name in names.split(",")))
     for method in methods:
         if method not in METHODS:
             raise SettingsError(f"method {method!r} is unknown: use some of {', '.join(METHODS)}, or all")

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from ..benchmark import DEFAULT_PROTOCOL, PROTOCOLS, Score, score_files
 from ..benchmark.check import check_labels
-from ..benchmark.report import to_text
+from ..benchmark.report import comparison, to_text
 from ..benchmark.tables import TABLES, make_table
 from ..errors import OutputError, SettingsError
 from . import DONE, SOME_FAILED
@@ -52,6 +52,7 @@ def run(args: argparse.Namespace) -> int:
         return SOME_FAILED if count else DONE
     if not args.predictions or not args.labels:
         raise SettingsError("score needs PREDICTIONS and --labels DIR, or --check DIR")
+    check_output(args, len(args.predictions))
     scores = {name: score_files(path, args.labels, args.protocol) for name, path in map(_named, args.predictions)}
     if len(scores) < len(args.predictions):
         raise SettingsError("two predictions have the same name: give each as NAME=FILE")
@@ -75,10 +76,16 @@ def _named(text: str) -> tuple[str, str]:
     return Path(text).stem, text
 
 
-def show(scores: dict[str, Score], args: argparse.Namespace) -> None:
-    """Print scores, or one table of them, and write the files asked for."""
+def check_output(args: argparse.Namespace, count: int) -> None:
+    """Refuse options that cannot be followed for `count` scores, before anything is computed."""
     if args.format != "text" and not args.table:
         raise SettingsError("--format goes with --table")
+    if count > 1 and (args.json or args.csv or (args.plot and not args.table)):
+        raise SettingsError("--json, --csv and --plot are for one prediction or method (--plot also for a --table)")
+
+
+def show(scores: dict[str, Score], args: argparse.Namespace) -> None:
+    """Print scores, or one table of them, and write the files asked for (`check_output`)."""
     for name, one in scores.items():
         if doubt := _doubt(one):
             print(f"proxemetry: {name}: {doubt}", file=sys.stderr)
@@ -90,8 +97,8 @@ def show(scores: dict[str, Score], args: argparse.Namespace) -> None:
     else:
         for name, score in scores.items():
             print((f"{name}: " if len(scores) > 1 else "") + to_text(score))
-    if (args.json or args.csv or (args.plot and not args.table)) and len(scores) > 1:
-        raise SettingsError("--json, --csv and --plot are for one prediction (--plot also for a --table)")
+        if len(scores) > 1:
+            print(comparison(scores), end="")
     score = next(iter(scores.values()))
     if args.json:
         _write(args.json, score.to_json())
