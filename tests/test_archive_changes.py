@@ -196,3 +196,15 @@ def test_a_file_that_is_not_there_has_no_state(tmp_path):
     assert FileState.of(None) is None
     path = write_photo(tmp_path / "one.jpg", 1)
     assert FileState.of(str(path)) == FileState(path.stat().st_size, path.stat().st_mtime_ns)
+
+
+@pytest.mark.parametrize("ending", [".jpg", ".tif"])
+def test_a_photo_may_be_called_as_long_as_a_disk_allows(tmp_path, ending):
+    pytest.importorskip("matplotlib")
+    photos, out = tmp_path / "photos", tmp_path / "out"
+    name = "\u00fc" * ((255 - len(ending)) // 2) + ending
+    write_photo(photos / name, 1)
+    run([str(photos)], job(out), jobs=0)
+    overlays.draw(Results.open(out))
+    assert rows(out)[0]["photo"] == name
+    assert [p.name for p in (out / "overlays").iterdir()] == [Path(overlay_name(name)).name]

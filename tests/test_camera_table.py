@@ -119,3 +119,10 @@ def test_wrong_files_are_named(tmp_path: Path) -> None:
         table_of(tmp_path, "50", header="focal_mm")
     with pytest.raises(CameraError, match="no rows"):
         table_of(tmp_path)
+
+
+def test_an_umlaut_is_an_umlaut_however_it_is_written(tmp_path: Path) -> None:
+    composed, decomposed = "M\u00fcller.jpg", "Mu\u0308ller.jpg"
+    for written, named in ((composed, decomposed), (decomposed, composed)):
+        row = table_of(tmp_path, f"{written},,,,,,,1000").row_for(named)
+        assert row is not None and row.focal_px == 1000

@@ -204,6 +204,18 @@ def test_the_log_refuses_to_forget(tmp_path: Path) -> None:
     assert row[4].endswith("+00:00")
 
 
+def test_the_log_is_one_file_however_its_program_ends(tmp_path: Path) -> None:
+    log = Log(tmp_path / FILE)
+    log.append(drawn_scene(), "note", {"text": "x"}, "ada")
+    (tmp_path / "copy").mkdir()
+    (tmp_path / "copy" / FILE).write_bytes(
+        (tmp_path / FILE).read_bytes()
+    )  # the program is still running, or was killed
+    assert [a.value for a in Log(tmp_path / "copy" / FILE).actions()] == [{"text": "x"}]
+    assert [p.name for p in tmp_path.iterdir() if p.is_file()] == [FILE]
+    log.close()
+
+
 def test_corrections_follow_the_file_not_its_name(tmp_path: Path) -> None:
     scene, other = drawn_scene(), drawn_scene(photo="b.jpg", sha256="b2")
     log = Log(tmp_path / FILE)

@@ -365,6 +365,20 @@ def test_two_blind_reviewers_do_not_see_each_other_and_can_be_compared(results: 
         ada.agreement("ada", "eve")
 
 
+def test_two_reviewers_at_once_see_what_the_other_did(results: Results) -> None:
+    ada, ben = (Review(FolderStore(results.folder.location), who) for who in ("ada", "ben"))
+    query = Query()
+    number = next(p["id"] for p in ada.page(query, 0)["photos"] if p["people"] >= 3)
+    boxes = [person["box"] for person in ben.view(number, query)["people"]]
+    ada.act(number, "remove_person", {"box": boxes[0]})
+    assert len(ben.view(number, query)["people"]) == len(boxes) - 1
+    ben.act(number, "remove_person", {"box": boxes[1]})
+    for reviewer in (ada, ben):
+        assert len(reviewer.view(number, query)["people"]) == len(boxes) - 2
+    ada.undo(number)
+    assert len(ben.view(number, query)["people"]) == len(boxes) - 1
+
+
 def test_agreement_on_the_command_line(results: Results, capsys: pytest.CaptureFixture[str]) -> None:
     store = FolderStore(results.folder.location)
     for who in ("ada", "ben"):

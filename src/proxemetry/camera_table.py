@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import csv
 import math
+import unicodedata
 from dataclasses import dataclass, fields
 from fnmatch import fnmatchcase
 from pathlib import Path
@@ -87,7 +88,12 @@ class CameraRow:
 
 
 def _matches(pattern: str, text: str) -> bool:
-    return fnmatchcase(text.strip().casefold(), pattern.strip().replace("\\", "/").casefold())
+    return fnmatchcase(_folded(text), _folded(pattern.replace("\\", "/")))
+
+
+def _folded(text: str) -> str:
+    """Return a name as it is compared: a Mac writes an umlaut as two signs where a spreadsheet writes one."""
+    return unicodedata.normalize("NFC", text.strip().casefold())
 
 
 @dataclass(frozen=True)

@@ -70,7 +70,8 @@ class Log:
         self._lock = threading.Lock()
         try:
             self._database = sqlite3.connect(self.path, check_same_thread=False, isolation_level=None)
-            self._database.execute("PRAGMA journal_mode = WAL")
+            # All in one file, whatever ends the program: people copy it, and keep it on shared drives.
+            self._database.execute("PRAGMA journal_mode = DELETE")
             self._database.execute("PRAGMA synchronous = FULL")  # an entry is on the disk before its answer is shown
             self._database.executescript(_SCHEMA)
             self._database.execute(f"SELECT {_COLUMNS} FROM actions LIMIT 1")

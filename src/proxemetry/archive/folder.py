@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import hashlib
 import os
 import socket
 import tempfile
@@ -19,6 +20,8 @@ RUN_FILE, OVERLAYS = "run.json", "overlays"
 #: Stores whose upload is atomic: an object is there whole or not at all.
 _OBJECT_STORES = {"s3", "s3a", "gs", "gcs", "az", "abfs", "abfss", "oss", "memory"}
 _TEMPORARY = ".tmp"
+#: Bytes of a file name that every usual disk takes.
+_LONGEST_NAME = 255
 
 
 def is_url(location: str) -> bool:
@@ -49,7 +52,11 @@ def overlay_name(photo: str) -> str:
     stays = photo.lower().endswith((".jpg", ".jpeg", ".png"))
     # A photo outside the folder named is called ../x: its overlay stays inside.
     inside = "/".join("_" if part == ".." else part for part in photo.split("/"))
-    return f"{OVERLAYS}/{inside}" if stays else f"{OVERLAYS}/{inside}.jpg"
+    name = f"{OVERLAYS}/{inside}" if stays else f"{OVERLAYS}/{inside}.jpg"
+    folder, _, base = name.rpartition("/")
+    if len(os.fsencode(base)) > _LONGEST_NAME:  # as a photo may be called whose ending is not one of a drawing
+        base = f"{hashlib.sha256(os.fsencode(base)).hexdigest()}.jpg"
+    return f"{folder}/{base}"
 
 
 class Folder:

@@ -5,6 +5,8 @@ matplotlib is loaded when a figure is asked for, and pyplot never: a figure is a
 
 from __future__ import annotations
 
+import os
+import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -54,9 +56,11 @@ def save(figure: Figure, path: str | Path, *, dpi: int = 140) -> None:
     path = Path(path)
     if path.suffix.lower() not in FORMATS:
         raise SettingsError(f"{path}: a figure is saved as one of {', '.join(FORMATS)}")
-    temporary = path.with_name(f".{path.stem}.part{path.suffix}")
+    temporary = path.with_name(f".{os.getpid()}.part{path.suffix}")  # short: the name itself may be as long as can be
     try:
-        figure.savefig(temporary, dpi=dpi, metadata=_metadata(path.suffix.lower()))
+        with warnings.catch_warnings():
+            warnings.filterwarnings("ignore", r"Glyph \d+")  # a photo may be called in signs that the font lacks
+            figure.savefig(temporary, dpi=dpi, metadata=_metadata(path.suffix.lower()))
         temporary.replace(path)
     except OSError as error:
         temporary.unlink(missing_ok=True)

@@ -165,7 +165,7 @@ class Review:
     def view(self, identity: int, query: Query) -> dict[str, Any]:
         """Return everything about one photo, and its neighbours in the gallery's order."""
         with self._lock:
-            summary = self._summary(identity)
+            summary = self._caught_up(identity)
             order = self._order(query)
             place = order.index(identity) if identity in order else None
             return {
@@ -181,7 +181,7 @@ class Review:
     def act(self, identity: int, action: str, value: Mapping[str, Any]) -> None:
         """Keep a correction; raises SettingsError for one that cannot be read, or that would change nothing."""
         with self._lock:
-            scene = self._measured_scene(self._summary(identity).photo)
+            scene = self._measured_scene(self._caught_up(identity).photo)
             if action == "undo":
                 raise SettingsError("correction: undo has an address of its own")
             kept = self.store.log.append(scene, action, value, self.who)
@@ -190,12 +190,20 @@ class Review:
     def undo(self, identity: int) -> Action | None:
         """Take back one's own latest correction of a photo; return it."""
         with self._lock:
-            scene = self._measured_scene(self._summary(identity).photo)
+            scene = self._measured_scene(self._caught_up(identity).photo)
             undone = self.store.log.undo(scene, self.who)
             if undone is not None:
                 left = [a for a in self._actions.get(FileKey.of(scene), ()) if a.number != undone.number]
                 self._take_in(identity, scene, left)
             return undone
+
+    def _caught_up(self, identity: int) -> Summary:
+        """Return a photo's summary with what another reviewer, in a program of their own, did to it in the meantime."""
+        key = self._key(self._summary(identity))
+        actions = in_force(self.store.log.actions(key, who=self.who if self.blind else None))
+        if actions != self._actions.get(key, []):
+            self._take_in(identity, self._measured_scene(self._summary(identity).photo), actions)
+        return self._summary(identity)
 
     def _take_in(self, identity: int, scene: Scene, actions: list[Action]) -> None:
         self._actions[FileKey.of(scene)] = actions
