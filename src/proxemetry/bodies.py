@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -111,7 +112,7 @@ class Bodies:
         """Shape (P,): who has a position."""
         return np.asarray(np.isfinite(self.positions_m).all(axis=1))
 
-    @property
+    @cached_property
     def position_sd_m(self) -> FloatArray:
         """Shape (P, 3): the standard deviation of each coordinate about `positions_m`, over all explanations."""
         variance = np.diag(self.covariance_m2).reshape(-1, 3)
@@ -120,4 +121,6 @@ class Bodies:
                 np.diag(m.covariance_m2).reshape(-1, 3) + (m.positions_m - self.positions_m) ** 2 for m in self.modes
             ]
             variance = np.average(apart, axis=0, weights=[m.weight for m in self.modes])
-        return np.sqrt(variance)
+        sd = np.sqrt(variance)
+        sd.setflags(write=False)
+        return sd

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
@@ -124,22 +125,27 @@ class People:
     def part(self, name: str) -> FloatArray:
         """Return the pixels of one of the benchmark's parts, shape (P, 2), NaN where unseen (see `skeleton.PARTS`).
 
-        Eyes: middle of both eyes, or the one that is seen. Shoulder: middle of the shoulders, or the one
-        that is seen. Torso: middle of neck
-        and mid-hip. Head: middle of the ears, else the mean of what is seen of nose, eyes and ears.
+        Eyes: middle of both eyes, or the one that is seen. Shoulder: middle of the shoulders, or the one that is seen.
+        Torso: middle of neck and mid-hip. Head: middle of the ears, else the mean of what is seen of nose, eyes and
+        ears. Raises KeyError for any other name.
         """
-        if name == "Eyes":
-            return _first_seen(self.joint("eyes_centre"), self._mean_of("left_eye", "right_eye"))
-        if name == "Shoulder":
-            pair = (self.joint("left_shoulder") + self.joint("right_shoulder")) / 2
-            return _first_seen(pair, self.joint("neck"), self._mean_of("left_shoulder", "right_shoulder"))
-        if name == "Torso":
-            return (self.joint("neck") + self.joint("mid_hip")) / 2
-        if name == "Head":
-            ears = (self.joint("left_ear") + self.joint("right_ear")) / 2
-            face = self._mean_of("nose", "left_eye", "right_eye", "left_ear", "right_ear")
-            return _first_seen(self.joint("head_centre"), ears, face)
-        raise KeyError(name)
+        return self._parts[name]
+
+    @cached_property
+    def _parts(self) -> dict[str, FloatArray]:
+        """Made once: the table of people asks for every part of every person."""
+        shoulders = (self.joint("left_shoulder") + self.joint("right_shoulder")) / 2
+        ears = (self.joint("left_ear") + self.joint("right_ear")) / 2
+        face = self._mean_of("nose", "left_eye", "right_eye", "left_ear", "right_ear")
+        parts = {
+            "Eyes": _first_seen(self.joint("eyes_centre"), self._mean_of("left_eye", "right_eye")),
+            "Shoulder": _first_seen(shoulders, self.joint("neck"), self._mean_of("left_shoulder", "right_shoulder")),
+            "Torso": (self.joint("neck") + self.joint("mid_hip")) / 2,
+            "Head": _first_seen(self.joint("head_centre"), ears, face),
+        }
+        for points in parts.values():
+            points.setflags(write=False)
+        return parts
 
     def _mean_of(self, *joints: str) -> FloatArray:
         points = np.stack([self.joint(j) for j in joints])
