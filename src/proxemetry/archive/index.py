@@ -11,7 +11,7 @@ import numpy as np
 from ..focal import ASSUMED
 from ..scene import Scene
 from . import parts
-from .parts import attached, quoted
+from .parts import attached
 from .results import Results
 
 
@@ -76,7 +76,7 @@ def summaries(results: Results) -> list[Summary]:
             "list_min(list_transform(pairs, lambda p: p.distance_m)), "
             "list_max(list_transform(pairs, lambda p: (p.high_m - p.low_m) / p.distance_m)), "
             f"coalesce(camera_flags, '') != '' OR starts_with(coalesce(focal_source, ''), '{ASSUMED}') "
-            f"FROM read_parquet({quoted(results.folder.path(parts.FOLDER))} || '/part-*.parquet') ORDER BY photo"
+            f"FROM {parts.every_row(results.folder)} ORDER BY photo"
         )
         .fetchall()
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import glob
 import json
 import math
 from collections.abc import Iterable, Iterator, Mapping
@@ -120,6 +121,12 @@ def finished(folder: Folder) -> set[int]:
     return {int(name[5:-8]) for name in folder.names(FOLDER, ".parquet") if name.startswith("part-")}
 
 
+def every_row(folder: Folder) -> str:
+    """Return the rows of all parts as SQL to select from; there must be a part."""
+    # Of the pattern only the last star is one: a folder may be called "1990 [scans]".
+    return f"read_parquet({quoted(glob.escape(folder.path(FOLDER)) + '/part-*.parquet')})"
+
+
 def write(folder: Folder, shard: int, records: Iterable[Record], metadata: Mapping[str, str]) -> None:
     """Write a shard's part, whole or not at all; raises OutputError where it cannot be written.
 
@@ -181,7 +188,7 @@ def scenes(
     """
     if not finished(folder):
         return
-    every = f"read_parquet({quoted(folder.path(FOLDER))} || '/part-*.parquet')"
+    every = every_row(folder)
     cursor = attached(folder).cursor()
     if photos is None and files is None:
         cursor.execute(f"SELECT scene FROM {every} ORDER BY photo")

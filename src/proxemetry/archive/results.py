@@ -6,7 +6,7 @@ import json
 import os
 import tempfile
 from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -96,7 +96,7 @@ class Results:
         if not files or not parts.finished(self.folder):
             return []
         rows = attached(self.folder).execute(
-            f"SELECT DISTINCT sha256 FROM read_parquet({quoted(self.folder.path(parts.FOLDER))} || '/part-*.parquet') "
+            f"SELECT DISTINCT sha256 FROM {parts.every_row(self.folder)} "
             "WHERE sha256 IN (SELECT unnest($files::VARCHAR[]))",
             {"files": sorted(files)},
         )
@@ -125,12 +125,16 @@ class Results:
         target = target or self.folder
         duck = self.view()
         made_of = f"KV_METADATA {{{_MADE_OF}: {quoted(self._state(safe_distance_m))}}}"
+        options = {"parquet": f"FORMAT parquet, COMPRESSION zstd, {made_of}", "csv": "FORMAT csv, HEADER"}
         for table in TABLES:
             query = table_query(table, safe_distance_m)
-            for form in formats:
-                options = "FORMAT csv, HEADER" if form == "csv" else f"FORMAT parquet, COMPRESSION zstd, {made_of}"
-                with target.writing(f"{table}.{form}") as temporary:
-                    duck.execute(f"COPY ({query}) TO {quoted(temporary)} ({options})")
+            # The Parquet file appears last, since it says of what the tables are made.
+            with ExitStack() as files:
+                for form in (form for form in options if form in formats):
+                    temporary = files.enter_context(target.writing(f"{table}.{form}"))
+                    duck.execute(f"COPY ({query}) TO {quoted(temporary)} ({options[form]})")
+                    if form == "parquet":  # the same rows, sorted already
+                        query = f"FROM read_parquet({quoted(temporary)})"
         target.write("codebook.csv", codebook_csv().encode())
 
     def tables_are_current(self, safe_distance_m: float | None = None) -> bool:
@@ -170,9 +174,7 @@ class Results:
 
     def _rows(self, duck: Any) -> str:
         """Return the query for all rows of all parts, those of corrected scenes replaced."""
-        every = (
-            f"SELECT * EXCLUDE (scene) FROM read_parquet({quoted(self.folder.path(parts.FOLDER))} || '/part-*.parquet')"
-        )
+        every = f"SELECT * EXCLUDE (scene) FROM {parts.every_row(self.folder)}"
         changed = self.corrected()
         if not changed:
             return every
