@@ -7,6 +7,7 @@ import csv
 import errno
 import json
 import logging
+import multiprocessing
 import os
 import random
 import shutil
@@ -340,6 +341,13 @@ def test_results_give_scenes_back(tmp_path):
     assert results.missing_shards() == []
 
 
+def test_a_folder_may_be_called_anything(tmp_path):
+    photos, out = write_photos(tmp_path / "1990 [scans] *", 3), tmp_path / "out? [1-9]"
+    run([str(photos)], job(out), jobs=0)
+    assert len(rows(out)) == 3
+    assert [scene.photo for scene in Results.open(out).scenes()] == [row["photo"] for row in rows(out)]
+
+
 def test_tables_that_would_be_the_same_are_left_alone(tmp_path):
     photos = write_photos(tmp_path / "photos", 2)
     run([str(photos)], job(tmp_path / "out"), jobs=0)
@@ -472,6 +480,19 @@ def test_workers_that_load_other_networks_than_the_first_are_refused():
     for others in ({}, {"a": "2"}, {"a": "1", "b": "1"}):
         with pytest.raises(ModelError, match="workers have different networks"):
             require_same_networks("blazepose", {"a": "1"}, others)
+
+
+def test_a_worker_that_ends_by_itself_is_ended_without_a_word():
+    """Its command ends it as soon as it has refused: the signal may come after the work is unwound."""
+    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    ours, theirs = multiprocessing.Pipe()
+    try:
+        pool.serve(Job("results", "nonesuch"), theirs)
+        assert signal.getsignal(signal.SIGTERM) is signal.SIG_DFL
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+    assert ours.recv()[0] == "refused"
 
 
 def test_a_worker_that_follows_fetches_nothing_and_says_nothing_twice(monkeypatch, caplog):

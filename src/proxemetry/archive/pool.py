@@ -191,9 +191,9 @@ def serve(job: Job, pipe: Connection, follows: bool = False) -> None:
     follows: another worker has loaded it, so that nothing is left to fetch, or to say of what could not be fetched.
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the parent's to answer
-    signal.signal(signal.SIGTERM, signal.default_int_handler)  # unwinds, so that temporary files go
     # A parent that is gone shows as a closed pipe, on the next word at the latest.
     with suppress(EOFError, BrokenPipeError, ConnectionError, KeyboardInterrupt):
+        signal.signal(signal.SIGTERM, signal.default_int_handler)  # unwinds, so that temporary files go
         try:
             measurer = _follower(job) if follows else Measurer(job)
             pipe.send(("ready", measurer.backend.name, dict(measurer.backend.models)))
@@ -206,3 +206,6 @@ def serve(job: Job, pipe: Connection, follows: bool = False) -> None:
             raise
         except Exception:
             pipe.send(("bug", traceback.format_exc()))
+        finally:
+            # Nothing is left to unwind: a worker that is ended while it ends by itself is not to show a traceback.
+            signal.signal(signal.SIGTERM, signal.SIG_DFL)

@@ -101,7 +101,7 @@ def run(
             if thread is not None:
                 thread.close()
         crew.close()
-    folder.sweep(parts.FOLDER)
+        folder.sweep(parts.FOLDER)  # after a refusal as well: a worker may have been too busy to unwind
     return _concluded(folder, schedule.manifest, counts, safe_distance_m, tell)
 
 
