@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import os
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -18,6 +19,10 @@ from proxemetry.archive.folder import Folder, overlay_name
 from proxemetry.archive.results import Results
 from proxemetry.archive.run import run
 from proxemetry.archive.work import Job
+from proxemetry.camera_table import CameraTable
+from proxemetry.errors import OutputError
+from proxemetry.focal import FocalRequest
+from proxemetry.measure import Settings
 
 
 def job(out):
@@ -208,3 +213,17 @@ def test_a_photo_may_be_called_as_long_as_a_disk_allows(tmp_path, ending):
     overlays.draw(Results.open(out))
     assert rows(out)[0]["photo"] == name
     assert [p.name for p in (out / "overlays").iterdir()] == [Path(overlay_name(name)).name]
+
+
+def test_a_camera_table_that_was_edited_is_told_so(measured, tmp_path):
+    photos, _ = measured
+    path = tmp_path / "cameras.csv"
+
+    def with_table(text):
+        path.write_text(text)
+        table = Settings(focal=FocalRequest(camera_table=CameraTable.read(path)))
+        run([str(photos)], replace(job(tmp_path / "other"), settings=table), jobs=0)
+
+    with_table("photo,focal_px\n*,100\n")
+    with pytest.raises(OutputError, match=r"--camera-table cameras[.]csv has another content now"):
+        with_table("photo,focal_px\n*,200\n")

@@ -16,7 +16,7 @@ from proxemetry.archive.corrections import FILE, Log
 from proxemetry.archive.results import Results
 from proxemetry.archive.run import run
 from proxemetry.archive.sampling import Sample, _student
-from proxemetry.archive.summary import _groups, summarise
+from proxemetry.archive.summary import Summary, _groups, summarise
 from proxemetry.archive.work import Job
 from proxemetry.cli import main
 from proxemetry.distances import ZONES, zone_of
@@ -209,3 +209,11 @@ def test_the_command_prints_writes_and_draws(small, tmp_path, capsys):
     assert rows[2]["median_m"] == ""
     drawn = {Path(p).name for p in figures.iterdir()}
     assert drawn == {f"distances_{n}.{e}" for n in ("by_group", "over_time") for e in ("png", "pdf")}
+
+
+def test_figures_where_a_file_is_are_refused_in_one_line(tmp_path):
+    from proxemetry.archive.summary_figures import draw
+
+    (tmp_path / "file").write_text("")
+    with pytest.raises(OutputError, match="figures cannot be written there"):
+        draw(Summary((), (), np.zeros(0), np.zeros(0, dtype=np.int64)), tmp_path / "file")

@@ -389,7 +389,10 @@ def test_agreement_on_the_command_line(results: Results, capsys: pytest.CaptureF
 
 
 def test_what_cannot_be_reviewed_is_one_clear_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    for arguments in (["review", str(tmp_path)], ["review", "s3://bucket/x"], ["review", "--agreement", "a", "b"]):
+    for arguments in (
+        ["review", str(tmp_path)], ["review", "s3://bucket/x"], ["review", "--agreement", "a", "b"],
+        ["review", "--no-browser", "--port", "99999"],
+    ):  # fmt: skip
         assert main(arguments) == 2
         assert len(capsys.readouterr().err.strip().splitlines()) == 1
     assert not (tmp_path / FILE).exists()

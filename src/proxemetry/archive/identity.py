@@ -15,6 +15,8 @@ VERSION, SETTINGS, SETTINGS_SHA256, MODELS = (
     "proxemetry_version", "proxemetry_settings", "proxemetry_settings_sha256", "proxemetry_models",
 )  # fmt: skip
 
+#: Stands between a file's name and its hash in a setting.
+_HASHED = " sha256:"
 # How the command line spells what the settings call otherwise.
 _FLAGS = {"assume_fov_deg": "--assume-fov", "undistort": "--no-undistort", "sensor_mm": "--sensor-mm"}
 
@@ -58,11 +60,15 @@ def _differences(now: Mapping[str, str], before: Mapping[str, str]) -> list[str]
         return [f"proxemetry was {before.get(VERSION)}, is {now[VERSION]}"]
     old: dict[str, Any] = {**_flat(json.loads(before[SETTINGS])), **_flat({"model": json.loads(before[MODELS])})}
     new: dict[str, Any] = {**_flat(json.loads(now[SETTINGS])), **_flat({"model": json.loads(now[MODELS])})}
-    return [
-        f"{_spelled(key)} was {_shown(old.get(key))}, is {_shown(new.get(key))}"
-        for key in sorted({*old, *new})
-        if old.get(key) != new.get(key)
-    ]
+    return [_told(key, old.get(key), new.get(key)) for key in sorted({*old, *new}) if old.get(key) != new.get(key)]
+
+
+def _told(key: str, old: Any, new: Any) -> str:
+    """Return a difference in words; a file that was edited since has the same name."""
+    files = [value.partition(_HASHED) if isinstance(value, str) else ("", "", "") for value in (old, new)]
+    if files[0][1] and files[0][0] == files[1][0]:
+        return f"{_spelled(key)} {files[0][0]} has another content now"
+    return f"{_spelled(key)} was {_shown(old)}, is {_shown(new)}"
 
 
 def _flat(value: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
@@ -86,5 +92,5 @@ def _spelled(key: str) -> str:
 def _shown(value: Any) -> str:
     if value is None:
         return "not given"
-    text = value if isinstance(value, str) else json.dumps(value)
+    text = value.partition(_HASHED)[0] if isinstance(value, str) else json.dumps(value)
     return text if len(text) <= 40 else text[:12] + "..."

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..distances import ZONE_LIMITS_M, ZONES
-from ..errors import SettingsError
+from ..errors import OutputError, SettingsError
 from ..plots import save
 from .grouping import UNKNOWN
 from .summary import Share, Summary
@@ -31,7 +31,10 @@ def draw(summary: Summary, folder: str | Path) -> list[Path]:
     Raises SettingsError where matplotlib is missing, OutputError where they cannot be written.
     """
     folder = Path(folder)
-    folder.mkdir(parents=True, exist_ok=True)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise OutputError(f"{folder}: figures cannot be written there ({error.strerror or error})") from error
     figures = {"distances_by_group": by_group(summary)}
     time = next((i for i, name in enumerate(summary.by) if name in _TIMES), None)
     if time is not None:

@@ -8,7 +8,7 @@ from __future__ import annotations
 import os
 import warnings
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, BinaryIO
 
 from ..errors import OutputError, SettingsError
 from ..photo import Photo
@@ -18,7 +18,7 @@ from .faces import FACES
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["FACES", "FORMATS", "overlay", "plan", "save"]
+__all__ = ["FACES", "FORMATS", "overlay", "plan", "render", "save"]
 
 #: File name endings that `save` writes.
 FORMATS = (".png", ".jpg", ".jpeg", ".svg", ".pdf")
@@ -58,13 +58,18 @@ def save(figure: Figure, path: str | Path, *, dpi: int = 140) -> None:
         raise SettingsError(f"{path}: a figure is saved as one of {', '.join(FORMATS)}")
     temporary = path.with_name(f".{os.getpid()}.part{path.suffix}")  # short: the name itself may be as long as can be
     try:
-        with warnings.catch_warnings():
-            warnings.filterwarnings("ignore", r"Glyph \d+")  # a photo may be called in signs that the font lacks
-            figure.savefig(temporary, dpi=dpi, metadata=_metadata(path.suffix.lower()))
+        render(figure, temporary, dpi=dpi, metadata=_metadata(path.suffix.lower()))
         temporary.replace(path)
     except OSError as error:
         temporary.unlink(missing_ok=True)
         raise OutputError(f"{path}: the figure cannot be written ({error.strerror or error})") from error
+
+
+def render(figure: Figure, target: Path | BinaryIO, **options: Any) -> None:
+    """Draw a figure into a file, with matplotlib's options; photos may be called in signs that its font lacks."""
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", r"Glyph \d+")
+        figure.savefig(target, **options)
 
 
 def _metadata(suffix: str) -> dict[str, str | None] | None:

@@ -81,5 +81,5 @@ def _data_url(scene: Scene, location: str | None, faces: str) -> str:
             photo = None
     buffer = io.BytesIO()
     figure = plots.overlay(scene, photo, faces=faces)
-    figure.savefig(buffer, format="jpeg", dpi=_DPI, pil_kwargs={"quality": 84})
+    plots.render(figure, buffer, format="jpeg", dpi=_DPI, pil_kwargs={"quality": 84})
     return f"data:image/jpeg;base64,{base64.b64encode(buffer.getvalue()).decode()}"

@@ -16,6 +16,7 @@ from .app import create_app
 from .session import Review
 
 ADDRESS = "127.0.0.1"
+_LAST_PORT = 65535
 
 
 def serve(review: Review, *, port: int = 0, open_browser: bool = True, tell: Callable[[str], None]) -> None:
@@ -45,6 +46,8 @@ def _warm_up() -> None:
 
 
 def _listener(port: int) -> socket.socket:
+    if not 0 <= port <= _LAST_PORT:
+        raise SettingsError(f"--port {port}: it must be 0 (any free one) to {_LAST_PORT}")
     listener = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
     listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
     try:
