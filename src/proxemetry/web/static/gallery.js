@@ -49,6 +49,8 @@ function choice(id, options, chosen, onchange) {
     options.map(([value, text]) => html("option", { value, selected: value === chosen, text })));
 }
 
+const ENDING = 14;
+
 function card(photo, query) {
   const facts = photo.status === "failed" ? "could not be read"
     : `${plural(photo.people, "person", "people")}${photo.nearest_m === null ? "" : ` · nearest ${metres(photo.nearest_m)}`}`;
@@ -68,7 +70,8 @@ function card(photo, query) {
     html("a", { href: `#/photo/${photo.id}?${api.searchOf(query)}`, title: photo.reason || photo.photo },
       photo.status === "failed" ? html("div", { class: "thumb", text: "no picture" }) : image,
       html("div", { class: "text" },
-        html("span", { class: "name", text: photo.photo }),
+        // Of a long name the beginning gives way: photos of one camera differ at the end.
+        html("span", { class: "name" }, html("span", { class: "start", text: photo.photo.slice(0, -ENDING) }), html("span", { text: photo.photo.slice(-ENDING) })),
         html("span", { class: "facts", text: facts }),
         html("span", { class: "chips" }, chips.map(([text, kind]) => html("span", { class: `chip ${kind}`, text }))))));
 }

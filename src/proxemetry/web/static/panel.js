@@ -10,7 +10,7 @@ const ACTIONS = {
 export const SIZES = { adults: "adult", children: "child" };
 
 const ZONES = ["intimate", "personal", "social", "public"];
-const likely = (shares) => shares.every((v) => v === null) ? null : ZONES.map((zone, k) => `${zone} ${Math.round(100 * shares[k])} %`).join(", ");
+const likely = (shares) => shares === null ? null : ZONES.map((zone, k) => `${zone} ${Math.round(100 * shares[k])} %`).join(", ");
 
 export class Panel {
   constructor(host, on) {
