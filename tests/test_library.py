@@ -1,6 +1,7 @@
 """The library as somebody meets it in a notebook: what is accepted, and what is refused in one line."""
 
 import dataclasses
+import json
 from pathlib import Path
 
 import numpy as np
@@ -9,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import proxemetry as px
-from proxemetry.errors import CameraError, OutputError, PhotoError, SettingsError
+from proxemetry.errors import CameraError, KeypointsError, OutputError, PhotoError, SettingsError
 from proxemetry.locate import METHODS
 from proxemetry.measure import place
 
@@ -118,8 +119,6 @@ def test_a_negative_standard_deviation_is_refused(scene, field):
 
 
 def test_a_scene_cut_short_is_refused_in_one_line(scene):
-    import json
-
     fields = json.loads(scene.to_json())
     for name in fields:
         cut = {key: value for key, value in fields.items() if key != name}
@@ -151,3 +150,96 @@ def test_no_answer_lies_outside_its_own_interval(scene, data):
             if np.isfinite(answer.distance_m[a, b]):
                 assert 0 <= answer.low_m[a, b] <= answer.distance_m[a, b] <= answer.high_m[a, b]
                 assert answer.low_m[a, b] < answer.high_m[a, b]
+
+
+NUMPYS = (np.float32(1500.0), np.float64(1500.0), np.int64(1500), np.array(1500.0))
+
+
+@pytest.mark.parametrize("f_px", NUMPYS, ids=lambda v: type(v).__name__)
+def test_numbers_out_of_arrays_are_numbers(scene, f_px):
+    """A calibration matrix is of float32 often, and sizes out of a table are int64: neither is JSON by itself."""
+    width, height = np.array([1600, 1068])
+    stated = px.Camera(f_px, f_px, np.float32(800), np.float32(534), width, height, np.zeros(5, dtype=np.float32))
+    plain = px.Camera(1500, 1500, 800, 534, 1600, 1068)
+    assert stated == plain
+    settings_ = px.Settings(
+        locate=px.LocateSettings(off_floor=frozenset(np.flatnonzero([0, 1])), child_weight=np.float32(0.25)),
+        focal=px.FocalRequest(focal_px=f_px),
+    )
+    for camera in (stated, None):
+        answer = px.measure(PLAZA, pose=RECORDED, camera=camera, settings=settings_)
+        assert answer.camera.camera.f_px == 1500
+        again = px.Scene.from_json(answer.to_json())
+        assert px.Settings.from_dict(again.made_by.settings).locate.off_floor == {1}
+
+
+@pytest.mark.parametrize("wrong", ["1500", None, [1500, 1500], 1500j])
+def test_what_is_no_number_is_no_focal_length(wrong):
+    with pytest.raises(CameraError, match=r"fx is .* it must be a number"):
+        px.Camera(wrong, 1500, 800, 534, 1600, 1068)
+    if wrong is not None:
+        with pytest.raises(SettingsError, match=r"--focal-px is .* a positive number"):
+            px.FocalRequest(focal_px=wrong)
+        with pytest.raises(SettingsError, match=r"--sensor-mm is .* two positive numbers"):
+            px.FocalRequest(focal_mm=35, sensor_mm=[wrong, wrong])
+
+
+def test_a_mask_is_not_taken_for_rows(scene):
+    with pytest.raises(SettingsError, match="flatnonzero"):
+        px.remeasure(scene, px.Settings(locate=px.LocateSettings(off_floor=np.array([True, False] * 3))))
+
+
+COCO = px.SKELETONS["coco17"]
+
+
+@pytest.mark.parametrize(
+    ("keypoints", "scores", "said"),
+    [
+        (np.zeros((6, 17, 3)), np.ones((6, 17)), r"keypoints of shape \(P, 17, 2\), not \(6, 17, 3\)"),
+        (np.zeros((17, 25, 2)), np.ones((17, 25)), r"not \(17, 25, 2\)"),  # as many numbers as 25 people of 17 joints
+        (np.zeros((17, 2)), np.ones(17), r"not \(17, 2\)"),
+        (np.zeros((6, 17, 2)), np.ones((17, 6)), r"scores of shape \(6, 17\), not \(17, 6\)"),
+        (np.zeros((6, 17, 2)), None, r"scores of shape \(6, 17\), not \(\)"),
+        ([["a"]], np.ones((1, 17)), "keypoints_px must be numbers"),
+    ],
+)
+def test_arrays_of_another_shape_do_not_become_other_people(keypoints, scores, said):
+    with pytest.raises(KeypointsError, match=said):
+        px.People(COCO, keypoints, scores)
+
+
+def test_a_skeletons_name_is_no_skeleton():
+    with pytest.raises(KeypointsError, match=r"SKELETONS\['coco17'\]"):
+        px.People("coco17", np.zeros((1, 17, 2)), np.ones((1, 17)))
+
+
+def test_people_are_taken_one_by_one(scene):
+    people = scene.people
+    assert [len(person) for person in people] == [1] * 6
+    assert np.array_equal(people[-1].keypoints_px, people.keypoints_px[5:], equal_nan=True)
+    assert np.array_equal(people[np.int64(2)].boxes_px, people.boxes_px[2:3])
+    with pytest.raises(IndexError):
+        people[6]
+
+
+def test_a_skeleton_of_ones_own_is_measured_written_and_read(scene):
+    people = scene.people
+    mine = px.Skeleton("mine", people.skeleton.joints[::-1])
+    turned = px.People(mine, people.keypoints_px[:, ::-1], people.scores[:, ::-1], people.boxes_px)
+    answer = px.remeasure(scene, px.Settings("torso"), people=turned)
+    assert np.allclose(answer.distances_m, px.remeasure(scene, px.Settings("torso")).distances_m, equal_nan=True)
+    assert px.Scene.from_json(answer.to_json()).people.skeleton == mine
+    assert "joints" not in json.loads(scene.to_json())["people"]
+
+
+@pytest.mark.parametrize(
+    ("answer", "said"),
+    [
+        (lambda p: np.dstack([p.keypoints_px / (1600, 1068), p.scores]), "fractions, not pixels"),
+        (lambda p: (p.keypoints_px, p.scores[:3]), r"scores must have shape \(6, 17\), not \(3, 17\)"),
+        (lambda p: (p.keypoints_px, p.scores[..., None]), r"not \(6, 17, 1\)"),
+    ],
+)
+def test_a_functions_answer_that_cannot_be_right_is_refused(scene, answer, said):
+    with pytest.raises(KeypointsError, match=said):
+        px.measure(PIXELS, pose=lambda pixels: answer(scene.people), camera=scene.camera)

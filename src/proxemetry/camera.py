@@ -44,6 +44,9 @@ class Camera:
     source: str = "user"
 
     def __post_init__(self) -> None:
+        for name in ("fx", "fy", "cx", "cy", "width", "height", "focal_rel_sd", "principal_sd_px"):
+            object.__setattr__(self, name, _plain(name, getattr(self, name)))
+        object.__setattr__(self, "distortion", tuple(_plain("distortion", value) for value in self.distortion))
         for name in ("fx", "fy", "width", "height"):
             value = getattr(self, name)
             if not (math.isfinite(value) and value > 0):
@@ -120,6 +123,16 @@ class Camera:
 
     def _pixels(self, normalised: FloatArray) -> FloatArray:
         return normalised * (self.fx, self.fy) + (self.cx, self.cy)
+
+
+def _plain(name: str, value: object) -> float:
+    """Return a number as Python's own: an element of an array is none that JSON knows."""
+    if isinstance(value, int | float):
+        return value
+    array = np.asarray(value)
+    if array.shape or array.dtype.kind not in "iuf":
+        raise CameraError(f"camera {name} is {value!r:.40}: it must be a number")
+    return array.item()
 
 
 @dataclass(frozen=True)

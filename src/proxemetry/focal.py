@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from typing import Any, cast
 
 from .camera import Camera, CameraEstimate, Candidate
 from .camera_table import CameraRow, CameraTable
@@ -58,20 +59,40 @@ class FocalRequest:
     camera_table: CameraTable | None = None
 
     def __post_init__(self) -> None:
+        for name in ("focal_mm", "focal_35mm", "focal_px", "sensor_mm", "assume_fov_deg"):
+            object.__setattr__(self, name, _plain(getattr(self, name)))
         stated = {"--focal-mm": self.focal_mm, "--focal-35mm": self.focal_35mm, "--focal-px": self.focal_px}
         stated = {option: value for option, value in stated.items() if value is not None}
         for option, value in stated.items():
-            if not (math.isfinite(value) and value > 0):
-                raise SettingsError(f"{option} is {value}: it must be a positive number")
+            if not _is_positive(value):
+                raise SettingsError(f"{option} is {value!r}: it must be a positive number")
         if len(stated) > 1:
             raise SettingsError(f"{' and '.join(stated)} state the focal length twice: leave one out")
         if self.sensor_mm is not None:
-            if len(self.sensor_mm) != 2 or not all(math.isfinite(side) and side > 0 for side in self.sensor_mm):
-                raise SettingsError(f"--sensor-mm is {self.sensor_mm}: it must be two positive numbers, WxH")
+            if not _are_sides(self.sensor_mm):
+                raise SettingsError(f"--sensor-mm is {self.sensor_mm!r}: it must be two positive numbers, WxH")
             if stated and "--focal-mm" not in stated:
                 raise SettingsError(f"--sensor-mm means nothing beside {next(iter(stated))}: leave one out")
-        if self.assume_fov_deg is not None and not 1 <= self.assume_fov_deg <= 170:
+        if self.assume_fov_deg is not None and not (
+            _is_positive(self.assume_fov_deg) and 1 <= self.assume_fov_deg <= 170
+        ):
             raise SettingsError(f"--assume-fov is {self.assume_fov_deg}: it must be 1 to 170 degrees")
+
+
+def _plain(value: Any) -> Any:
+    """Return what an array or an element of one holds as Python's own numbers, anything else as it is."""
+    value = value.tolist() if hasattr(value, "tolist") else value
+    return tuple(map(_plain, value)) if isinstance(value, list | tuple) else value  # pyright: ignore[reportUnknownArgumentType,reportUnknownVariableType]
+
+
+def _is_positive(value: object) -> bool:
+    return isinstance(value, int | float) and math.isfinite(value) and value > 0
+
+
+def _are_sides(value: object) -> bool:
+    if not isinstance(value, Sequence) or isinstance(value, str):
+        return False
+    return len(sides := cast("Sequence[object]", value)) == 2 and all(map(_is_positive, sides))
 
 
 def estimate_camera(photo: Photo, request: FocalRequest | None = None) -> CameraEstimate:

@@ -87,6 +87,8 @@ def _plain(value: Any) -> Any:
         return sorted(_plain(v) for v in value)  # pyright: ignore[reportUnknownVariableType]
     if isinstance(value, tuple | list):
         return [_plain(v) for v in value]  # pyright: ignore[reportUnknownVariableType]
+    if isinstance(value, np.generic | np.ndarray):
+        return value.tolist()
     return str(value) if isinstance(value, Path) else value
 
 
@@ -198,6 +200,8 @@ def _check_rows(settings: LocateSettings, count: int) -> None:
         raise SettingsError(
             f"body_sizes has {len(settings.body_sizes)} entries for {count} people: one each, None for most"
         )
+    if any(isinstance(row, bool | np.bool_) for row in settings.off_floor):
+        raise SettingsError("off_floor is a mask: it names the rows of people, as numpy.flatnonzero(mask) does")
     beyond = sorted(row for row in settings.off_floor if not 0 <= row < count)
     if beyond:
         raise SettingsError(f"off_floor names person {beyond[0]}, but there are {count} people, counted from 0")

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Protocol, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -53,15 +53,23 @@ class People:
         return f"People({len(self.keypoints_px)} with {len(self.skeleton)} keypoints, {self.skeleton.name})"
 
     def __post_init__(self) -> None:
-        keypoints = np.array(self.keypoints_px, dtype=float).reshape(-1, len(self.skeleton), 2)
-        scores = np.array(self.scores, dtype=float)
-        count = len(keypoints)
-        if scores.size != count * len(self.skeleton):
+        if not isinstance(cast(object, self.skeleton), Skeleton):
+            raise KeypointsError(f"people need a Skeleton, as SKELETONS['coco17'] is one, not {self.skeleton!r:.40}")
+        keypoints, scores = _numbers("keypoints_px", self.keypoints_px), _numbers("scores", self.scores)
+        count, joints = len(keypoints) if keypoints.ndim == 3 else 0, len(self.skeleton)
+        if keypoints.size == 0:
+            keypoints = keypoints.reshape(count, joints, 2)
+        if keypoints.shape != (count, joints, 2):
             raise KeypointsError(
-                f"{count} people of skeleton {self.skeleton.name} need scores of shape "
-                f"({count}, {len(self.skeleton)}), not {scores.shape}"
+                f"people of skeleton {self.skeleton.name} need keypoints of shape (P, {joints}, 2), "
+                f"not {keypoints.shape}"
             )
-        scores = scores.reshape(count, len(self.skeleton))
+        scores = scores.reshape(count, joints) if scores.size == keypoints.size == 0 else scores
+        if scores.shape != (count, joints):
+            raise KeypointsError(
+                f"{count} people of skeleton {self.skeleton.name} need scores of shape ({count}, {joints}), "
+                f"not {scores.shape}"
+            )
         missing = ~np.isfinite(keypoints).all(axis=-1) | ~(scores > 0)
         keypoints[missing], scores[missing] = np.nan, 0.0
         self._set("keypoints_px", keypoints, keypoints.shape)
@@ -75,6 +83,9 @@ class People:
         for name in ("heading_rad", "heading_sd_rad"):
             value = getattr(self, name)
             self._set(name, value if np.size(value) else np.full(count, np.nan), (count,))
+
+    def __iter__(self) -> Iterator[People]:
+        return (self[row] for row in range(len(self)))
 
     def _set(self, name: str, value: ArrayLike, shape: tuple[int, ...]) -> None:
         array = np.array(value, dtype=float)
@@ -93,7 +104,9 @@ class People:
     def __len__(self) -> int:
         return len(self.keypoints_px)
 
-    def __getitem__(self, rows: NDArray[np.bool_] | NDArray[np.intp] | slice | list[int]) -> People:
+    def __getitem__(self, rows: NDArray[np.bool_] | NDArray[np.intp] | slice | list[int] | int) -> People:
+        if isinstance(rows, int | np.integer):
+            rows = [range(len(self))[rows]]  # one person is people too; beyond the last is an IndexError
         return People(
             self.skeleton, self.keypoints_px[rows], self.scores[rows], self.boxes_px[rows], self.person_scores[rows],
             self.heading_rad[rows], self.heading_sd_rad[rows],
@@ -171,6 +184,13 @@ class People:
             boxes_px=boxes,
             heading_rad=-self.heading_rad,
         )
+
+
+def _numbers(name: str, values: ArrayLike) -> FloatArray:
+    try:
+        return np.array(values, dtype=float)
+    except (TypeError, ValueError) as error:
+        raise KeypointsError(f"people.{name} must be numbers ({error})") from error
 
 
 def _bounds(keypoints: FloatArray) -> FloatArray:

@@ -20,7 +20,7 @@ from .camera import Camera, CameraEstimate, Candidate
 from .distances import Distances, measure_distances
 from .errors import OutputError, ProxemetryError
 from .people import People
-from .skeleton import COCO_17, skeleton_named
+from .skeleton import COCO_17, SKELETONS, Skeleton, skeleton_named
 
 FloatArray = NDArray[np.float64]
 
@@ -173,11 +173,15 @@ def _camera_from_dict(fields: Mapping[str, Any]) -> CameraEstimate:
 
 def _people_to_dict(people: People) -> dict[str, Any]:
     arrays = ("keypoints_px", "scores", "boxes_px", "person_scores", "heading_rad", "heading_sd_rad")
-    return {"skeleton": people.skeleton.name, **{name: _numbers(getattr(people, name)) for name in arrays}}
+    skeleton: dict[str, Any] = {"skeleton": people.skeleton.name}
+    if people.skeleton != SKELETONS.get(people.skeleton.name):
+        skeleton["joints"] = list(people.skeleton.joints)  # nobody else knows it
+    return {**skeleton, **{name: _numbers(getattr(people, name)) for name in arrays}}
 
 
 def _people_from_dict(fields: Mapping[str, Any]) -> People:
-    skeleton = skeleton_named(fields["skeleton"])
+    joints_named = fields.get("joints")
+    skeleton = Skeleton(fields["skeleton"], tuple(joints_named)) if joints_named else skeleton_named(fields["skeleton"])
     count, joints = len(fields["scores"]), len(skeleton)
     return People(
         skeleton,

@@ -32,6 +32,13 @@ def skeleton_of(count: int) -> Skeleton | None:
     return BY_COUNT.get(count) or WHOLE_BODIES.get(count)
 
 
+def are_fractions(keypoints: FloatArray) -> bool:
+    """Return whether somebody of shape (P, K, 2) has no joint beyond the first pixel: nobody is that small."""
+    seen = np.isfinite(keypoints).all(axis=-1) & (keypoints != 0).any(axis=-1)
+    reach = np.where(seen[..., None], np.abs(keypoints), 0.0).max(axis=(1, 2), initial=0.0)
+    return bool(((seen.sum(axis=1) > 2) & (reach <= 1)).any())
+
+
 class CallableBackend:
     """A user's function as a back end: it gets RGB pixels of shape (H, W, 3), uint8, and answers in their pixels.
 
@@ -98,10 +105,14 @@ def people_from(answer: object, skeleton: Skeleton | None = None, origin: str = 
     keypoints = keypoints[..., :2]
     if skeleton is None and (skeleton := skeleton_of(keypoints.shape[1])) is not None:
         keypoints, scores = keypoints[:, : len(skeleton)], None if scores is None else scores[:, : len(skeleton)]
+    if are_fractions(keypoints):
+        raise KeypointsError(f"{origin}: coordinates are fractions, not pixels: multiply them by the photo's size")
     if skeleton is None or len(skeleton) != keypoints.shape[1]:
         raise KeypointsError(f"{origin}: {keypoints.shape[1]} keypoints are no skeleton that is known; state which")
     if scores is None:
         scores = np.ones(keypoints.shape[:2])
+    if scores.shape != keypoints.shape[:2]:
+        raise KeypointsError(f"{origin}: scores must have shape {keypoints.shape[:2]}, not {scores.shape}")
     missing = (keypoints == 0).all(axis=-1)
     scores = np.where(missing, 0.0, np.clip(scores, 0.0, 1.0))
     return People(skeleton, keypoints, scores, _or_empty(boxes), _or_empty(person_scores))

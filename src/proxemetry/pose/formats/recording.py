@@ -15,7 +15,7 @@ from ...camera import Camera
 from ...errors import KeypointsError, ProxemetryError
 from ...people import People
 from ...skeleton import COCO_17, HALPE_26, Skeleton
-from ..callables import BY_COUNT, WHOLE_BODIES, skeleton_of
+from ..callables import BY_COUNT, WHOLE_BODIES, are_fractions, skeleton_of
 
 FloatArray = NDArray[np.float64]
 
@@ -153,12 +153,10 @@ def refuse_fractions(recording: Recording) -> None:
     """Raise KeypointsError where pixels are fractions of a size that is not stated, as many tools can write them."""
     if recording.width == 1:
         return
-    for points in recording.people.keypoints_px:
-        seen = points[np.isfinite(points).all(axis=1)]
-        if len(seen) > 2 and np.abs(seen).max() <= 1:
-            raise KeypointsError(
-                f"photo {recording.photo}: coordinates are fractions, not pixels: have them written in pixels"
-            )
+    if are_fractions(recording.people.keypoints_px):
+        raise KeypointsError(
+            f"photo {recording.photo}: coordinates are fractions, not pixels: have them written in pixels"
+        )
 
 
 def size_of(entry: Mapping[str, Any]) -> tuple[float | None, float | None]:
