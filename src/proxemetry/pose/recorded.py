@@ -6,6 +6,7 @@ import hashlib
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
+from itertools import islice
 from pathlib import Path, PurePosixPath
 from types import MappingProxyType
 
@@ -93,7 +94,7 @@ class Recorded:
         """Return what to say of a photo that the file does not name, None where it does: is it this photo's file?"""
         if self._recording(photo.name) is not None:
             return None
-        listed = ", ".join(self.photos[:2]) + (", ..." if len(self.photos) > 2 else "")
+        listed = ", ".join(islice(self._by_name, 2)) + (", ..." if len(self._by_name) > 2 else "")
         return (
             f"nobody recorded: {self._path.name} names only photos with somebody ({listed or 'none'}), and not this one"
         )
