@@ -156,6 +156,22 @@ def test_scores_are_drawn(perfect: dict[str, Score], tmp_path: Path) -> None:
 
 
 @needs_korte
+def test_a_drawing_says_what_it_cuts_off_and_the_constant_answer_errs_as_it_does() -> None:
+    pytest.importorskip("matplotlib")
+    labels = read_labels(KORTE)
+    result = score(labels, Predictions(predict_labels(labels, Settings(method="torso")), "torso"))
+    left, right = result.plot().axes
+    errors = np.concatenate([abs(i.estimated_mm - i.true_mm) / i.true_mm for i in result.images])
+    assert [t.get_text() for t in right.texts] == [f"{(errors > 1).sum()} above"]
+    estimated = np.concatenate([i.estimated_mm for i in result.images]) / 1000
+    assert [t.get_text() for t in left.texts] == [f"{(estimated > left.get_ylim()[1]).sum()} above"]
+    (line,) = (line for line in right.lines if line.get_label() == "1.70 m for every pair")
+    x, y = line.get_data()
+    assert np.interp(3.4, x, y) == pytest.approx(50, abs=0.1)  # half of what it is
+    assert np.interp(1.7, x, y) == pytest.approx(0, abs=1)
+
+
+@needs_korte
 def test_command_line_writes_what_it_is_asked_for(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     pytest.importorskip("matplotlib")
     out = tmp_path / "run"

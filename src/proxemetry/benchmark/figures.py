@@ -8,12 +8,18 @@ import numpy as np
 
 from ..errors import SettingsError
 from .image_score import relative_errors
+from .metrics import CONSTANT_MM
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
     from .scores import Score
     from .tables import Table
+
+
+#: Errors are drawn up to here.
+_HIGHEST_PCT = 100.0
 
 
 def _figure(width: float, height: float) -> Figure:
@@ -31,20 +37,32 @@ def plot_score(score: Score) -> Figure:
     estimated = np.concatenate([none, *(image.estimated_mm for image in score.images)]) / 1000
     figure = _figure(10, 4.5)
     left, right = figure.subplots(1, 2)
-    reach = float(max(true.max(initial=1.0), np.quantile(estimated, 0.99) if len(estimated) else 1.0))
+    reach = 1.03 * float(max(true.max(initial=1.0), np.quantile(estimated, 0.99) if len(estimated) else 1.0))
     left.plot([0, reach], [0, reach], color="0.6", linewidth=1)
     left.scatter(true, estimated, s=8, alpha=0.5)
     left.set(xlabel="true distance (m)", ylabel="estimated distance (m)", xlim=(0, reach), ylim=(0, reach))
-    right.scatter(true, relative_errors(estimated, true), s=8, alpha=0.3)
+    errors = relative_errors(estimated, true)
+    right.scatter(true, errors, s=8, alpha=0.3)
+    _say_beyond(left, int((estimated > reach).sum()))
+    _say_beyond(right, int((errors > _HIGHEST_PCT).sum()))
     bins = [b for b in score.overall.by_distance if b.n_pairs]
     middles = [(b.low_mm + min(b.high_mm, b.low_mm + 1000)) / 2000 for b in bins]
     right.plot(middles, [b.error_pct_mean for b in bins], marker="o", color="black", label="mean")
     right.plot(middles, [b.error_pct_median for b in bins], marker="s", color="tab:red", label="median")
-    right.axhline(score.overall.baseline_constant_pct, color="0.6", linestyle="--", label="one answer for all pairs")
-    right.set(xlabel="true distance (m)", ylabel="error (%)", ylim=(0, 100))
-    right.legend()
+    distances = np.linspace(CONSTANT_MM / 4000, max(true.max(initial=1.0), 2.0), 300)
+    constant = relative_errors(np.full_like(distances, CONSTANT_MM / 1000), distances)
+    right.plot(distances, constant, color="0.6", linestyle="--", label=f"{CONSTANT_MM / 1000:.2f} m for every pair")
+    right.set(xlabel="true distance (m)", ylabel="error (%)", ylim=(0, _HIGHEST_PCT))
+    right.legend(loc="upper right")
     figure.suptitle(score.caption, fontsize=8, wrap=True)
     return figure
+
+
+def _say_beyond(axes: Axes, count: int) -> None:
+    """Say how many pairs lie above the axis: what is cut off is not forgotten."""
+    if count:
+        white = {"facecolor": "white", "edgecolor": "none", "pad": 1.5}
+        axes.text(0.02, 0.98, f"{count} above", transform=axes.transAxes, va="top", fontsize=8, color="0.3", bbox=white)
 
 
 def plot_table(table: Table) -> Figure:
