@@ -89,7 +89,7 @@ def test_nobody_is_nobody(empty):
 
 @pytest.mark.parametrize(("count", "skeleton"), [(17, COCO_17), (25, BODY_25), (26, HALPE_26)])
 def test_the_number_of_joints_says_which_skeleton(count, skeleton):
-    assert people_from(np.full((1, count, 3), 50.0)).skeleton is skeleton
+    assert people_from(np.ones((1, count, 3))).skeleton is skeleton
 
 
 @pytest.mark.parametrize("answer", [np.ones((1, 14, 3)), np.ones((17, 3)), "people", object(), None, {"a": 1}])

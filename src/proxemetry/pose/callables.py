@@ -33,10 +33,12 @@ def skeleton_of(count: int) -> Skeleton | None:
 
 
 def are_fractions(keypoints: FloatArray) -> bool:
-    """Return whether somebody of shape (P, K, 2) has no joint beyond the first pixel: nobody is that small."""
-    seen = np.isfinite(keypoints).all(axis=-1) & (keypoints != 0).any(axis=-1)
-    reach = np.where(seen[..., None], np.abs(keypoints), 0.0).max(axis=(1, 2), initial=0.0)
-    return bool(((seen.sum(axis=1) > 2) & (reach <= 1)).any())
+    """Return whether somebody of shape (P, K, 2) is spread out over the first pixel: nobody is that small."""
+    for points in keypoints:
+        seen = points[np.isfinite(points).all(axis=-1) & (points != 0).any(axis=-1)]
+        if len(seen) > 2 and np.abs(seen).max() <= 1 and np.ptp(seen) > 0:
+            return True
+    return False
 
 
 class CallableBackend:
