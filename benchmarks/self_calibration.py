@@ -3,15 +3,21 @@
 Statures spread by 4.6 %, every point has 3 px of noise per axis, people stand where the camera sees them whole, 3 to
 15 m away. How much 3 px are depends on the photo: the default is the size of the KORTE benchmark's, `--size 1920x1080`
 that of a video frame. Errors are given for the scenes that got an answer, and for all of them as if none had been
-declined. Run as `python benchmarks/self_calibration.py [--scenes N] [--lean DEGREES] [--size WxH]`.
+declined. With `--mocap FILE` people stand and walk as captured ones did, men and women as in `synthetic_bodies.py`.
+
+    python benchmarks/self_calibration.py [--scenes N] [--lean DEGREES] [--size WxH]
+                                          [--mocap ../shared/data/mocap/cmu_subjects_01-03_12fps_joints_m.npz]
 """
 
 from __future__ import annotations
 
 import argparse
 import math
+from pathlib import Path
 
 import numpy as np
+from measured_layouts import DrawBody
+from mocap_bodies import mocap_bodies
 
 from proxemetry.camera import Camera
 from proxemetry.locate.self_calibration import calibrate
@@ -33,12 +39,23 @@ STANDING = {
 }  # fmt: skip
 
 
+def standing(lean_deg: float) -> DrawBody:
+    """Return a drawer of people who stand alike, but for how tall they are and how they lean."""
+
+    def draw(rng: np.random.Generator, seated: bool) -> tuple[dict[str, np.ndarray], float]:
+        lean = np.radians(rng.normal(0, lean_deg, 2))
+        stature, axis = 1 + STATURE_CV * rng.normal(), np.array([*lean, 1.0])
+        joints = {n: stature * (np.array([0.0, left, 0.0]) + above * axis) for n, (left, above) in STANDING.items()}
+        return joints, 1.7 * stature
+
+    return draw
+
+
 def scene(
-    rng: np.random.Generator, pitch_deg: float, count: int, lean_deg: float = 0.0, size: tuple[int, int] = KORTE_SIZE
+    rng: np.random.Generator, pitch_deg: float, count: int, draw: DrawBody, size: tuple[int, int] = KORTE_SIZE
 ) -> tuple[People, Camera]:
     """Return people as a camera of random focal length and height sees them, and that camera."""
     width, height = size
-    joints = np.array([STANDING[name] for name in COCO_17.joints])
     pitch = math.radians(pitch_deg)
     while True:
         camera = Camera.centred(rng.uniform(0.7, 1.8) * width, width, height)
@@ -51,28 +68,26 @@ def scene(
             along = rng.uniform(3, 15)
             side = rng.uniform(-1, 1) * along * width / 2 / camera.f_px
             turn = rng.uniform(-math.pi, math.pi)
-            across = np.array([math.cos(turn), 0.0, 0.0]) + math.sin(turn) * ahead
-            lean = np.radians(rng.normal(0, lean_deg, 2))
-            axis = up + lean[0] * np.array([1.0, 0.0, 0.0]) + lean[1] * ahead
+            left = np.array([math.cos(turn), 0.0, 0.0]) + math.sin(turn) * ahead
             foot = -height_m * up + along * ahead + np.array([side, 0.0, 0.0])
-            stature = 1 + STATURE_CV * rng.normal()
-            body = foot + stature * (joints[:, :1] * across + joints[:, 1:] * axis)
-            pixels = camera.project(body)
+            joints, _ = draw(rng, False)
+            body = np.array([joints[name] for name in COCO_17.joints])
+            pixels = camera.project(foot + body @ np.stack([np.cross(left, up), left, up]))
             # the middle of a left and a right joint has the noise asked for
             pixels += rng.normal(0, NOISE_PX * math.sqrt(2), pixels.shape)
             if np.isfinite(pixels).all() and (pixels > 0).all() and (pixels < size).all():
                 seen.append(pixels)
             if len(seen) == count:
-                return People(COCO_17, np.stack(seen), np.full((count, len(joints)), 0.9)), camera
+                return People(COCO_17, np.stack(seen), np.full((count, len(COCO_17)), 0.9)), camera
 
 
 def row(
-    rng: np.random.Generator, pitch_deg: float, count: int, scenes: int, lean_deg: float, size: tuple[int, int]
+    rng: np.random.Generator, pitch_deg: float, count: int, scenes: int, draw: DrawBody, size: tuple[int, int]
 ) -> dict[str, float]:
     """Return the figures of one cell of the table."""
     all_errors, errors, covered, widths = [], [], [], []
     for _ in range(scenes):
-        people, truth = scene(rng, pitch_deg, count, lean_deg, size)
+        people, truth = scene(rng, pitch_deg, count, draw, size)
         estimate = calibrate(people, *size)
         all_errors += [100 * abs(c.focal_px / truth.f_px - 1) for c in estimate.candidates]
         if estimate.camera is not None:
@@ -92,20 +107,22 @@ def row(
 
 def main() -> None:
     """Print the table."""
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--scenes", type=int, default=100, help="scenes a cell")
     parser.add_argument("--lean", type=float, default=0.0, help="standard deviation of people's lean, degrees")
     parser.add_argument("--pitch", type=int, nargs="+", default=PITCHES_DEG, metavar="DEGREES")
     parser.add_argument("--people", type=int, nargs="+", default=COUNTS, metavar="COUNT")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--size", default="x".join(map(str, KORTE_SIZE)), metavar="WxH")
+    parser.add_argument("--mocap", type=Path, metavar="FILE")
     args = parser.parse_args()
+    draw = mocap_bodies(args.mocap) if args.mocap else standing(args.lean)
     width, height = map(int, args.size.split("x"))
     print("pitch_deg people declined_pct median_error_pct half_width_pct coverage_90_pct all_error_pct")
     for pitch_deg in args.pitch:
         for count in args.people:
             rng = np.random.default_rng([args.seed, pitch_deg, count])
-            figures = row(rng, pitch_deg, count, args.scenes, args.lean, (width, height))
+            figures = row(rng, pitch_deg, count, args.scenes, draw, (width, height))
             print(f"{pitch_deg:9d} {count:6d}", *(f"{value:12.1f}" for value in figures.values()), flush=True)
 
 
