@@ -123,8 +123,8 @@ def test_residuals_are_whitened_by_what_scatters_them() -> None:
 @pytest.mark.parametrize("sd", [0.03, 0.5])
 def test_quantiles_of_a_normal_density_are_those_of_tables(sd: float) -> None:
     def profile(log_f: np.ndarray) -> Profile:
-        costs = np.tile(((log_f - 0.31) / sd) ** 2 / 2, (3, 1)) + 700  # far down where densities underflow
-        return Profile(log_f, costs, np.zeros((3, len(log_f), 5)))
+        costs = np.tile(((log_f - 0.31) / sd) ** 2 / 2, (4, 1)) + 700  # far down where densities underflow
+        return Profile(log_f, costs, np.zeros((4, len(log_f), 5)))
 
     whole = profile(np.linspace(-2, 3, 26)).with_finer(profile(np.linspace(-0.1, 0.7, 33)))
     assert (np.diff(whole.log_f) > 0).all() and len(whole.log_f) == 26 - 4 + 33
