@@ -227,3 +227,47 @@ def test_a_camera_table_that_was_edited_is_told_so(measured, tmp_path):
     with_table("photo,focal_px\n*,100\n")
     with pytest.raises(OutputError, match=r"--camera-table cameras[.]csv has another content now"):
         with_table("photo,focal_px\n*,200\n")
+
+
+@pytest.fixture
+def drawings(monkeypatch):
+    """Return what is drawn, as (photo, faces, people), without drawing."""
+    pytest.importorskip("matplotlib")
+    drawn = []
+
+    def overlay(scene, photo, faces="show"):
+        drawn.append((scene.photo, faces, len(scene)))
+        return faces
+
+    monkeypatch.setattr("proxemetry.plots.overlay", overlay)
+    monkeypatch.setattr("proxemetry.plots.save", lambda figure, path: path.write_text(figure))
+    return drawn
+
+
+def test_drawings_with_open_faces_do_not_stay_where_blurred_ones_are_asked_for(measured, drawings):
+    _, out = measured
+    results = Results.open(out)
+    overlays.draw(results)
+    overlays.draw(results)
+    assert len(drawings) == 5  # once
+    overlays.draw(results, faces="blur")
+    assert {p.read_text() for p in (out / "overlays").rglob("*.jpg")} == {"blur"}
+    assert len(drawings) == 10
+
+
+def test_a_drawing_follows_corrections_and_their_taking_back(measured, drawings):
+    _, out = measured
+    results = Results.open(out)
+    overlays.draw(results)
+    drawings.clear()
+    scene = next(results.scenes())
+    log = Log(out / FILE)
+    log.append(scene, "remove_person", {"box": scene.people.boxes_px[0].tolist()}, "ada")
+    overlays.draw(results)
+    log.undo(scene, "ada")
+    overlays.draw(results)
+    assert drawings == [(scene.photo, "show", 1), (scene.photo, "show", 2)]
+    log.append(scene, "exclude", {"excluded": True}, "ada")
+    log.close()
+    overlays.draw(results)
+    assert not (out / overlay_name(scene.photo)).exists()

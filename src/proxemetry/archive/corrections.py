@@ -141,25 +141,21 @@ def by_file(actions: Iterable[Action]) -> dict[FileKey, list[Action]]:
 
 def digest(location: str | Path) -> str | None:
     """Return the SHA-256 of all entries of a results folder's log, None where nothing was ever corrected."""
-    path = Path(location) / FILE
-    if not path.exists():
+    if not (Path(location) / FILE).exists():
         return None
-    log = Log(path)
-    try:
-        entries = [repr((a.number, a.time, a.who, a.photo, a.sha256, a.action, a.value)) for a in log.actions()]
-    finally:
-        log.close()
+    log = entries_at(location)
+    entries = [repr((a.number, a.time, a.who, a.photo, a.sha256, a.action, a.value)) for a in log]
     return hashlib.sha256("\n".join(entries).encode()).hexdigest()
 
 
-def in_force_at(location: str | Path) -> dict[FileKey, list[Action]]:
-    """Return the actions in force of a results folder's log, by file."""
+def entries_at(location: str | Path) -> list[Action]:
+    """Return the whole log of a results folder, nothing where there is none."""
     path = Path(location) / FILE
     if not path.exists():
-        return {}
+        return []
     log = Log(path)
     try:
-        return by_file(in_force(log.actions()))
+        return log.actions()
     finally:
         log.close()
 
@@ -172,7 +168,7 @@ def corrected_scenes(
     scenes: yields the measured scenes of photos of these names, and of files with these hashes. A correction follows
     its file: after a rerun that calls the photo otherwise it applies to every photo with that hash.
     """
-    wanted = in_force_at(location)
+    wanted = by_file(in_force(entries_at(location)))
     if not wanted:
         return {}
     names, files = ({getattr(key, n) for key in wanted} - {""} for n in ("photo", "sha256"))

@@ -15,9 +15,11 @@ from ..errors import PhotoError, SettingsError
 from ..photo import Photo
 from ..scene import Scene
 from .folder import is_url, overlay_name
-from .results import Results
+from .results import Results, forget_overlays, write_run
 
 _BATCH = 16
+#: In run.json: how the drawings show heads.
+_FACES = "overlay_faces"
 
 
 def require_plotting(results: str) -> None:
@@ -29,14 +31,23 @@ def require_plotting(results: str) -> None:
 
 
 def draw(results: Results, *, faces: str = "show", jobs: int = 1, tell: Callable[[int], None] = lambda _: None) -> None:
-    """Draw the overlays that are not there yet or whose scene was corrected; `tell` hears how many more are done."""
+    """Draw the overlays that are not there yet or whose scene was touched; `tell` hears how many more are done.
+
+    Those that show heads otherwise than `faces` says are drawn anew, all of them: one face left open is one too many.
+    """
     root = Path(results.folder.location)
-    corrected = results.corrected()
+    if results.run.get(_FACES) != faces:
+        forget_overlays(results.folder)
+        write_run(results.folder, {**results.run, _FACES: faces})
+    touched = results.touched()
+    for photo, scene in results.corrected().items():
+        if scene.status == "excluded":
+            results.folder.remove(overlay_name(photo))
     wanted = (
         (scene.to_json(), results.location(scene.photo))
         for scene in results.scenes()
         if scene.status in ("ok", "no_camera")
-        and (scene.photo in corrected or not (root / overlay_name(scene.photo)).exists())
+        and (scene.photo in touched or not (root / overlay_name(scene.photo)).exists())
     )
     work = partial(_draw_batch, str(root), faces)
     if jobs <= 1:

@@ -18,7 +18,7 @@ from ..scene import Scene
 from ..tables import TABLES, codebook_csv, safe_distance_columns
 from . import manifest, parts
 from .corrections import FILE as LOG_FILE
-from .corrections import corrected_scenes, digest, in_force_at
+from .corrections import by_file, corrected_scenes, digest, entries_at, in_force
 from .folder import OVERLAYS, RUN_FILE, Folder, is_url
 from .identity import SETTINGS_SHA256
 from .parts import attached, quoted, record_of, structure
@@ -88,10 +88,24 @@ class Results:
         with self._beside_log() as location:
             return corrected_scenes(location, lambda names, files: parts.scenes(self.folder, names, files=files))
 
+    def touched(self) -> set[str]:
+        """Return the photos that somebody did something to by hand, be it taken back since."""
+        with self._beside_log() as location:
+            entries = entries_at(location)
+        names, files = {a.photo for a in entries}, {a.sha256 for a in entries} - {""}
+        if not entries or not parts.finished(self.folder):
+            return set()
+        rows = attached(self.folder).execute(
+            f"SELECT photo FROM read_parquet({quoted(self.folder.path(parts.FOLDER))} || '/part-*.parquet') "
+            "WHERE photo IN (SELECT unnest($names::VARCHAR[])) OR sha256 IN (SELECT unnest($files::VARCHAR[]))",
+            {"names": sorted(names), "files": sorted(files)},
+        )
+        return {photo for (photo,) in rows.fetchall()}
+
     def corrections_of_no_photo(self) -> list[str]:
         """Return the photos that were corrected and whose file is not among those measured any more, by their names."""
         with self._beside_log() as location:
-            wanted = in_force_at(location)
+            wanted = by_file(in_force(entries_at(location)))
         files = {key.sha256 for key in wanted} - {""}
         if not files or not parts.finished(self.folder):
             return []
@@ -226,7 +240,11 @@ def forget(folder: Folder) -> None:
     folder.remove(RUN_FILE)
     if not is_url(folder.location):
         folder.sweep(parts.FOLDER)
-        overlays = Path(folder.location) / OVERLAYS
-        for where, _, files in os.walk(overlays):
-            for file in files:
-                Path(where, file).unlink()
+        forget_overlays(folder)
+
+
+def forget_overlays(folder: Folder) -> None:
+    """Remove the drawings of a local results folder."""
+    for where, _, files in os.walk(Path(folder.location) / OVERLAYS):
+        for file in files:
+            Path(where, file).unlink()
