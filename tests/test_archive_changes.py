@@ -20,6 +20,7 @@ from proxemetry.archive.results import Results
 from proxemetry.archive.run import run
 from proxemetry.archive.work import Job
 from proxemetry.camera_table import CameraTable
+from proxemetry.cli import main
 from proxemetry.errors import OutputError
 from proxemetry.focal import FocalRequest
 from proxemetry.measure import Settings
@@ -271,3 +272,25 @@ def test_a_drawing_follows_corrections_and_their_taking_back(measured, drawings)
     log.close()
     overlays.draw(results)
     assert not (out / overlay_name(scene.photo)).exists()
+
+
+@pytest.mark.parametrize(
+    ("file", "advice"),
+    [("scenes/part-000001.parquet", "delete it"), ("manifest/manifest-000.parquet", "--restart"),
+     ("photos.parquet", "export DIR")],
+)  # fmt: skip
+def test_a_damaged_file_is_one_line_that_says_what_to_do(measured, capsys, file, advice):
+    _, out = measured
+    (out / file).write_bytes((out / file).read_bytes()[:-20])
+    command = "summary" if file == "photos.parquet" else "report"
+    assert main([command, str(out)]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert str(out / file) in line and "damaged" in line and advice in line
+
+
+def test_a_part_that_was_damaged_and_deleted_is_measured_again(measured):
+    photos, out = measured
+    before = (out / "pairs.csv").read_bytes()
+    (out / "scenes" / "part-000001.parquet").unlink()
+    assert go_on(photos, out)[0] == 2
+    assert (out / "pairs.csv").read_bytes() == before

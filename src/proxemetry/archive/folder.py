@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import hashlib
 import os
+import re
 import socket
 import tempfile
 from collections.abc import Generator
@@ -228,6 +229,20 @@ def _explained(path: str) -> Generator[None]:
         if type(error).__module__.startswith(("_duckdb", "duckdb")) and type(error).__name__ == "IOException":
             raise _refusal(path, error) from error
         raise
+
+
+def damaged(error: Exception) -> OutputError | None:
+    """Return what to say where DuckDB found a damaged Parquet file, None for any other error."""
+    named = re.search(r"'([^']+/)([^'/]+)\.parquet'", str(error))
+    if type(error).__name__ != "InvalidInputException" or named is None:
+        return None
+    if named[2].startswith("part-"):
+        advice = "delete it, and the same `proxemetry measure` measures its photos again"
+    elif named[2].startswith("manifest-"):
+        advice = "begin anew with --restart"
+    else:
+        advice = "delete it, and `proxemetry export DIR` writes it again"
+    return OutputError(f"{named[1]}{named[2]}.parquet: damaged; {advice}")
 
 
 def _refusal(path: str, error: Exception) -> OutputError:

@@ -54,6 +54,14 @@ def main(argv: Sequence[str] | None = None) -> int:
     except BrokenPipeError:
         sys.stderr.close()
         return DONE
+    except Exception as error:
+        from ..archive.folder import damaged
+
+        refusal = damaged(error)
+        if refusal is None:
+            raise  # a bug shows its traceback
+        print(f"proxemetry: {refusal}", file=sys.stderr)
+        return NOTHING_DONE
 
 
 def _run(arguments: list[str]) -> int:
