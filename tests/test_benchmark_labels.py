@@ -106,6 +106,8 @@ def test_faults_of_whole_files(folder: Path) -> None:
         (BODY, "P1,Torso", "P1,Knee", "part 'Knee' is unknown"),
         (TRUTH, "3000,0", "3000", "4 columns where 5 are expected"),
         (PHOTOS, "7,C0,b.jpg\n", "", "no row for photo b"),
+        (TRUTH, "P1,3000,0", "P1,0,0", "P0 and P1 of shoot 7 stand at one place"),
+        (BODY, CLEAN[BODY], "", "nobody is annotated in it"),
     ],
 )
 def test_reading_stops_at_what_cannot_be_used(folder: Path, name: str, old: str, new: str, message: str) -> None:

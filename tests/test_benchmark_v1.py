@@ -366,6 +366,16 @@ def test_a_writers_own_keys_are_passed_over(tmp_path: Path) -> None:
     assert len(next(iter(read_predictions(path)))) == 1
 
 
+def test_somebody_above_another_is_no_distance_on_the_ground(tmp_path: Path) -> None:
+    labels = triangle(tmp_path)
+    truth = tmp_path / "ground_truth_locations.csv"
+    truth.write_text(truth.read_text().replace("0,P1,3000,0,5000", "0,P1,0,3000,5000"))  # on a balcony
+    labels = read_labels(tmp_path)
+    overall = score(labels, answers(tmp_path, photo([person(k) for k in range(3)]))).overall
+    assert overall.n_pairs == 2
+    assert math.isfinite(overall.baseline_constant_pct)
+
+
 def test_unknown_protocol_is_named(tmp_path: Path) -> None:
     with pytest.raises(SettingsError, match="use one of v1, seker2021"):
         score(triangle(tmp_path), answers(tmp_path), "v2")

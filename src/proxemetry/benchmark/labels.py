@@ -123,6 +123,10 @@ def read_labels(folder: str | Path, errata: bool = True) -> Labels:
             raise LabelsError(f"{where}: part {part!r} is unknown: use one of {', '.join(PARTS)}")
         marks.setdefault(filename, []).append(Mark(tag, part, _number(x, where), _number(y, where)))
         sizes[filename] = (int(_number(width, where)), int(_number(height, where)))
+    if not marks:
+        raise LabelsError(
+            f"{path}: nobody is annotated in it; rows of person,part,x,y,filename,width,height are expected"
+        )
     corrections = _applicable(load_errata(), marks)
     applied = corrections if errata else ()
     names = _settings(folder, korte=bool(corrections))
@@ -159,6 +163,11 @@ def _image(
         if tag not in places:
             raise LabelsError(
                 f"{folder / TRUTH_FILE}: shoot {shoot} has no {tag}, whom {BODY_FILE} shows in {filename}"
+            )
+        if twin := next((other for other in tags if other != tag and places.get(other) == places[tag]), None):
+            raise LabelsError(
+                f"{folder / TRUTH_FILE}: {tag} and {twin} of shoot {shoot} stand at one place: no error is relative "
+                "to a distance of 0"
             )
     parts = np.full((len(tags), len(PARTS), 2), np.nan)
     for mark in reversed(marks):  # of a point annotated twice the first stays

@@ -211,11 +211,8 @@ def _false_discovery(images: Sequence[ImageScore], over_images: bool) -> float:
 def _baseline(images: Sequence[ImageScore], empty_is_zero: bool) -> float:
     """Return the mean over photos of the error of answering `CONSTANT_MM` for every annotated pair."""
     nothing = 0.0 if empty_is_zero else math.nan
-    scores = [
-        float(np.abs(CONSTANT_MM / image.annotated_mm - 1).mean() * 100) if len(image.annotated_mm) else nothing
-        for image in images
-    ]
-    return _mean(scores)
+    apart = [image.annotated_mm[image.annotated_mm > 0] for image in images]
+    return _mean([float(np.abs(CONSTANT_MM / true - 1).mean() * 100) if len(true) else nothing for true in apart])
 
 
 def _bootstrap(images: Sequence[ImageScore], pooled: _Pooled, over_images: bool) -> dict[str, tuple[float, float]]:
