@@ -1,4 +1,4 @@
-"""The page on back ends: its specification and its keypoint file are such, and its table names what there is."""
+"""The pages on back ends: their specification and their keypoint file are such, and the table names what there is."""
 
 import re
 from pathlib import Path
@@ -8,7 +8,8 @@ from proxemetry.pose import BACKENDS
 from proxemetry.pose.recorded import Recorded
 from proxemetry.pose.specification import READY, read_specification
 
-PAGE = (Path(__file__).parents[1] / "docs" / "backends.md").read_text(encoding="utf-8")
+DOCS = Path(__file__).parents[1] / "docs"
+PAGE = (DOCS / "backends.md").read_text(encoding="utf-8")
 
 
 def test_the_specification_on_the_page_is_one(tmp_path: Path) -> None:
@@ -27,7 +28,7 @@ def test_every_back_end_is_on_the_page() -> None:
 
 
 def test_the_keypoint_file_on_the_page_is_one(tmp_path: Path) -> None:
-    (block,) = re.findall(r"```json\n(.*?)```", PAGE, re.DOTALL)
+    (block,) = re.findall(r"```json\n(.*?)```", (DOCS / "detectors.md").read_text(encoding="utf-8"), re.DOTALL)
     path = tmp_path / "mine.json"
     path.write_text(block)
     recorded = Recorded(path)

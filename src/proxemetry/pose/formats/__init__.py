@@ -16,7 +16,7 @@ __all__ = ["Recording", "Recordings", "read"]
 
 _KINDS = (
     "our own, COCO annotations or results, OpenPose, MMPose, ViTPose and Ultralytics files are known; "
-    "docs/backends.md shows them"
+    "docs/detectors.md shows them"
 )
 
 
