@@ -52,7 +52,8 @@ class Distances:
 
     distance_m: shape (P, P), on the ground plane where gravity is known, else in space (`on_ground` says which);
     between the positions, or of least expected error (`LEAST_ERROR_METHODS`).
-    low_m, high_m: shape (P, P), the 90 % interval of `distance_m`, which lies in it. distance_3d_m: shape (P, P), in space.
+    low_m, high_m: shape (P, P), the 90 % interval of `distance_m`, which lies in it. distance_3d_m: shape (P, P), in
+    space.
     zone_probability: shape (P, P, 4), in the order of `ZONES`. group_probability: shape (P, P), that two people face
     each other as an F-formation; NaN where a heading is unknown.
     """
