@@ -134,7 +134,7 @@ def sampled_lengths(posterior: Posterior, points: list[FloatArray]) -> FloatArra
     lengths: list[FloatArray] = []
     for point in points:
         local, shared = posterior.unknowns(point)
-        up = -camera_axes(shared[[0]], shared[[1]])[0, :, 1]
+        up = -camera_axes(shared[None, :2])[0, :, 1]
         ground = torso_position(local, shared) @ distances.ground_frame(up)[:2].T
         lengths.append(np.linalg.norm(ground[:, None] - ground[None], axis=-1))
     return np.stack(lengths, axis=-1)

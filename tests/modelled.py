@@ -43,7 +43,7 @@ def photo(seed, count=4, noise_px=1.5, pitch=0.05, height_m=1.6, camera=CAMERA, 
     bodies = BodyTables.of(model, np.zeros(count, dtype=np.intp))
     for _ in range(4):
         seen = project(local, shared, bodies)
-        local[:, 1] -= seen.floor / seen.floor_jacobian[:, 1]
+        local[:, 1] -= seen.floor / seen.equations[:, -1, 1]
     points = project(local, shared, bodies).points.transpose(0, 2, 1) * camera.f_px + (camera.cx, camera.cy)
     keypoints = np.full((count, len(COCO_17), 2), np.nan)
     keypoints[:, model.columns] = points + rng.normal(0, noise_px, points.shape)

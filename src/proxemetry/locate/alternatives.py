@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .projection import N_LOCAL, N_SHARED
-from .solver import Fit, Rows, SharedPrior, bounded, damped, evaluate_rows, solved
+from .solver import Fit, Rows, SharedPrior, bounded, eliminated, evaluate_rows, solved
 
 FloatArray = NDArray[np.float64]
 
@@ -47,44 +47,42 @@ class Others:
 
 def others_of(fit: Fit, prior: SharedPrior) -> Others:
     """Return what everybody else says of the camera, for each of the fit's rows: Gaussian, about the fit."""
-    own, cross = fit.hessian[:, :N_LOCAL, :N_LOCAL], fit.hessian[:, :N_LOCAL, N_LOCAL:]
-    answer = solved(own, np.concatenate([cross, fit.gradient[:, :N_LOCAL, None]], axis=2))
-    crossed = cross.transpose(0, 2, 1) @ answer
-    matrix = fit.hessian[:, N_LOCAL:, N_LOCAL:] - crossed[..., :N_SHARED]
-    pull = fit.gradient[:, N_LOCAL:] - crossed[..., N_SHARED]
-    precision = matrix.sum(axis=0) - matrix + np.diag(fit.shared_precision)
-    total = pull.sum(axis=0) - pull + fit.shared_precision * (prior.mean - fit.shared)
-    return Others(fit.shared + solved(precision, total[..., None])[..., 0], precision)
+    _, own = eliminated(fit.normal)
+    rest = own.sum(axis=0) - own
+    precision = rest[..., :-1] + np.diag(fit.shared_precision)
+    pull = rest[..., -1] + fit.shared_precision * (prior.mean - fit.shared)
+    return Others(fit.shared + solved(precision, pull[..., None])[..., 0], precision)
 
 
 def explained(fit: Fit, others: Others) -> Explanations:
     """Return the fit's rows as explanations of their own, the camera being the fit's; `others` row by row."""
     shared = np.broadcast_to(fit.shared, (len(fit.local), N_SHARED))
-    return _explanation(fit.local, shared, fit.hessian, fit.row_cost, others)[0]
+    return _explanation(fit.local, shared, fit.normal, fit.row_cost, others)[0]
 
 
-def explain(rows: Rows, local: FloatArray, shared: FloatArray, others: Others, *, iterations: int) -> Explanations:
-    """Return rows' best explanations from a start (R, N_LOCAL), (R, N_SHARED), each for itself; `others` row by row."""
-    best: Explanations | None = None
-    for iteration in range(iterations + 1):
-        hessian, gradient, cost, _, _ = evaluate_rows(rows, local, shared)
-        here, pull = _explanation(local, shared, hessian, cost, others)
-        best = here if best is None else _better(best, here)
-        if iteration < iterations:
-            gradient[:, N_LOCAL:] += pull
-            step = solved(damped(here.precision), gradient[..., None])[..., 0]
-            local_step, shared_step = bounded(step[:, :N_LOCAL], step[:, N_LOCAL:])
-            local, shared = local + local_step, shared + shared_step
-    assert best is not None
-    return best
+def explain(rows: Rows, local: FloatArray, shared: FloatArray, others: Others) -> Explanations:
+    """Return rows' explanations one step on from a start (R, N_LOCAL), (R, N_SHARED), each for itself.
+
+    `others` row by row. A row that the step makes worse stays where it was.
+    """
+    normal, cost, _ = evaluate_rows(rows, local, shared)
+    start, pull = _explanation(local, shared, normal, cost, others)
+    gradient = normal[..., -1:]
+    gradient[:, N_LOCAL:, 0] += pull
+    step = solved(start.precision, gradient)[..., 0]
+    local_step, shared_step = bounded(step[:, :N_LOCAL], step[:, N_LOCAL:])
+    local, shared = local + local_step, shared + shared_step
+    normal, cost, _ = evaluate_rows(rows, local, shared)
+    return _better(start, _explanation(local, shared, normal, cost, others)[0])
 
 
 def _explanation(
-    local: FloatArray, shared: FloatArray, hessian: FloatArray, cost: FloatArray, others: Others
+    local: FloatArray, shared: FloatArray, normal: FloatArray, cost: FloatArray, others: Others
 ) -> tuple[Explanations, FloatArray]:
     """Return rows with what the others know of the camera, and how that pulls at it (R, N_SHARED)."""
     off = others.mean - shared
     pull = (others.precision @ off[..., None])[..., 0]
+    hessian = normal[..., :-1]
     precision = hessian.copy()
     precision[:, N_LOCAL:, N_LOCAL:] += others.precision
     return Explanations(local, shared, hessian, precision, cost + 0.5 * (off * pull).sum(axis=1)), pull

@@ -78,50 +78,53 @@ def _body_type(groups: tuple[Population, ...]) -> Bodytype:
 
 def guesses_of(start: Start, types: list[tuple[Bodytype, ...]], model: BodyModel) -> tuple[Guesses, NDArray[np.intp]]:
     """Return every row worth trying, best first for each person, and the row of each person's best."""
-    chosen: list[tuple[int, int, int, int, float]] = []
-    first: list[int] = []
-    for person, cost in enumerate(start.cost):
-        first.append(len(chosen))
-        ranked = _ranked(cost, len(types[person]))
-        chosen += [(person, p, h, g, types[person][g].weight * POSTURE_WEIGHTS[p]) for p, h, g in ranked]
-    table = np.array([row[:4] for row in chosen], dtype=np.intp).reshape(-1, 4)
+    chosen, first = _ranked(start.cost, [len(groups) for groups in types])
+    table = np.array(chosen, dtype=np.intp).reshape(-1, 4)
     person, posture, heading, group = table.T
+    mean = np.array([types[p][g].mean for p, _, _, g in chosen]).reshape(len(table), -1)
+    weight = np.array([types[p][g].weight for p, _, _, g in chosen])
     local = np.zeros((len(table), N_LOCAL))
     local[:, POINT] = start.point[person, posture, heading]
-    mean = np.array([types[p][g].mean for p, g in zip(person, group, strict=True)]).reshape(len(table), -1)
-    grown = np.array([types[p][0].mean[0] for p in person])
+    grown = mean[np.array(first)[person], 0]  # each person's first row is of the first group
     local[:, DEPTH] = start.log_depth[person, posture, heading] + mean[:, 0] - grown
     local[:, HEADING] = HEADINGS[heading]
     local[:, LOG_LENGTHS] = mean
     local[:, POSTURE] = model.prior_mean[posture]
-    log_prior = np.log([row[4] for row in chosen])
+    log_prior = np.log(weight * np.array(POSTURE_WEIGHTS)[posture])
     return Guesses(person, posture, group, log_prior, local), np.array(first, dtype=np.intp)
 
 
-def _ranked(cost: FloatArray, groups: int) -> list[tuple[int, int, int]]:
-    """Return the posture, heading and group of bodies of what is worth trying, the best first."""
-    posture, heading = (int(i) for i in np.unravel_index(int(cost.argmin()), cost.shape))
-    by_posture = cost.min(axis=1)
-    others = [int(p) for p in by_posture.argsort()[1 : 1 + _MOST_POSTURES]]
-    worth = [p for p in others if by_posture[p] - by_posture[posture] < _WORTH_PURSUING]
-    turned = _other_heading(cost[posture], heading)
-    return [
-        (posture, heading, 0),
-        *((p, int(cost[p].argmin()), 0) for p in worth),
-        *([] if turned is None else [(posture, turned, 0)]),
-        *((posture, heading, g) for g in range(1, groups)),
-    ]
+def _ranked(cost: FloatArray, groups: list[int]) -> tuple[list[tuple[int, int, int, int]], list[int]]:
+    """Return person, posture, heading and group of bodies of what is worth trying, and the place of each person's best.
+
+    cost: shape (P, postures, headings). Each person's best comes first.
+    """
+    heading, by_posture = cost.argmin(axis=2), cost.min(axis=2)
+    order = by_posture.argsort(axis=1)
+    best, others = order[:, 0], order[:, 1 : 1 + _MOST_POSTURES]
+    everyone = np.arange(len(cost))
+    limit = by_posture[everyone, best] + _WORTH_PURSUING
+    worth = by_posture[everyone[:, None], others] < limit[:, None]
+    facing = heading[everyone, best]
+    turned, by_turned = _other_headings(cost[everyone, best], facing)
+    chosen: list[tuple[int, int, int, int]] = []
+    first: list[int] = []
+    for person in range(len(cost)):
+        first.append(len(chosen))
+        chosen.append((person, best[person], facing[person], 0))
+        chosen += [(person, p, heading[person, p], 0) for p in others[person, worth[person]]]
+        chosen += [(person, best[person], turned[person], 0)] * bool(by_turned[person] < limit[person])
+        chosen += [(person, best[person], facing[person], g) for g in range(1, groups[person])]
+    return chosen, first
 
 
-def _other_heading(cost: FloatArray, best: int) -> int | None:
-    """Return the best local minimum around the circle of headings but for the overall one."""
-    minima = (cost <= np.roll(cost, 1)) & (cost <= np.roll(cost, -1))
-    for near in (-1, 0, 1):
-        minima[(best + near) % len(cost)] = False
-    if not minima.any():
-        return None
-    other = int(np.where(minima, cost, np.inf).argmin())
-    return other if cost[other] - cost[best] < _WORTH_PURSUING else None
+def _other_headings(cost: FloatArray, best: NDArray[np.intp]) -> tuple[NDArray[np.intp], FloatArray]:
+    """Return the best local minimum around the circle of headings (P, H) but for the overall one, and its cost."""
+    around = cost[:, np.arange(-1, cost.shape[1] + 1) % cost.shape[1]]
+    apart = np.abs(np.arange(cost.shape[1]) - best[:, None])
+    minima = (cost <= around[:, :-2]) & (cost <= around[:, 2:]) & (np.minimum(apart, cost.shape[1] - apart) > 1)
+    left = np.where(minima, cost, np.inf)
+    return left.argmin(axis=1), left.min(axis=1)
 
 
 def rows_of(
@@ -149,18 +152,20 @@ def _priors(
     """Return what is known of each row's unknowns: mean, precision and the precision's log determinant."""
     types_of = [types[p][g] for p, g in zip(guesses.person, guesses.group, strict=True)]
     known = np.isfinite(evidence.heading_rad) & (evidence.heading_sd_rad > 0)
-    heading = np.where(known, np.nan_to_num(evidence.heading_rad), 0.0)
-    heading_sd = np.where(known, np.maximum(np.nan_to_num(evidence.heading_sd_rad, nan=np.inf), 0.05), np.inf)
+    heading = np.where(known, evidence.heading_rad, 0.0)
+    heading_sd = np.where(known, np.maximum(evidence.heading_sd_rad, 0.05), np.inf)
     mean = np.zeros((len(types_of), N_LOCAL))
     diagonal = np.full((len(types_of), N_LOCAL), 1e-4)  # of place nothing is known, but the equations stay solvable
     mean[:, DEPTH], diagonal[:, DEPTH] = _DEPTH_PRIOR[0], _DEPTH_PRIOR[1] ** -2
-    mean[:, HEADING], diagonal[:, HEADING] = heading[guesses.person], heading_sd[guesses.person] ** -2 + 1e-4
+    # headings are alike by whole turns: the one nearest to where the search begins
+    off = heading[guesses.person] - guesses.local[:, HEADING]
+    mean[:, HEADING] = guesses.local[:, HEADING] + off - 2 * np.pi * np.rint(off / (2 * np.pi))
+    diagonal[:, HEADING] = heading_sd[guesses.person] ** -2 + 1e-4
     diagonal[:, TURN] = _TURN_SD**-2
     mean[:, POSTURE], diagonal[:, POSTURE] = model.prior_mean[guesses.posture], model.prior_sd[guesses.posture] ** -2
     precision = diagonal[:, :, None] * np.eye(N_LOCAL)
-    for row, body in enumerate(types_of):
-        mean[row, LOG_LENGTHS] = body.mean
-        precision[row, LOG_LENGTHS, LOG_LENGTHS] = body.precision
+    mean[:, LOG_LENGTHS] = [body.mean for body in types_of]
+    precision[:, LOG_LENGTHS, LOG_LENGTHS] = [body.precision for body in types_of]
     volume = np.array([body.log_volume for body in types_of]) + np.log(diagonal[:, POSTURE]).sum(axis=1)
     return mean, precision, volume
 

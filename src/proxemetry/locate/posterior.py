@@ -25,7 +25,7 @@ from .projection import (
     torso_jacobian,
     torso_position,
 )  # fmt: skip
-from .solver import Fit, Rows, schur, solved
+from .solver import Fit, Rows, solved
 
 FloatArray = NDArray[np.float64]
 
@@ -116,7 +116,7 @@ def placed_people(
         positions_m=torso_position(fit.local, fit.shared),
         covariance_m2=covariance,
         basis=_basis(evidence, fit, model, on_floor),
-        up=-camera_axes(fit.shared[[PITCH]], fit.shared[[ROLL]])[0, :, 1],
+        up=-camera_axes(fit.shared[None, PITCH : ROLL + 1])[0, :, 1],
         heading_rad=heading,
         heading_sd_rad=heading_sd,
         stature_m=stature,
@@ -138,9 +138,11 @@ def _covariance(fit: Fit) -> tuple[FloatArray, FloatArray, FloatArray]:
     (3 P, 3 P) and of the shared unknowns (N_SHARED, N_SHARED)."""
     own = fit.hessian[:, :N_LOCAL, :N_LOCAL]
     inverse = np.linalg.inv(own)
-    by_shared = inverse @ fit.hessian[:, :N_LOCAL, N_LOCAL:]
-    shared = np.asarray(np.linalg.inv(schur(fit, by_shared)), dtype=float)
-    variance = np.einsum("rii->ri", inverse) + np.einsum("ris,st,rit->ri", by_shared, shared, by_shared)
+    cross = fit.hessian[:, :N_LOCAL, N_LOCAL:]
+    by_shared = inverse @ cross
+    left = (fit.hessian[:, N_LOCAL:, N_LOCAL:] - cross.transpose(0, 2, 1) @ by_shared).sum(axis=0)
+    shared = np.asarray(np.linalg.inv(left + np.diag(fit.shared_precision)), dtype=float)
+    variance = np.einsum("rii->ri", inverse) + (by_shared @ shared * by_shared).sum(axis=2)
     jacobian = torso_jacobian(torso_position(fit.local, fit.shared), fit.shared)
     by_local = jacobian[..., :3]
     sensitivity = jacobian[..., N_LOCAL:] - by_local @ by_shared[:, :3]
@@ -151,23 +153,23 @@ def _covariance(fit: Fit) -> tuple[FloatArray, FloatArray, FloatArray]:
     return np.sqrt(variance), (covariance + covariance.T) / 2, shared
 
 
-def _far(rows: Rows, explanations: Explanations, first: NDArray[np.intp]) -> NDArray[np.bool_]:
-    """Return which rows put their person elsewhere than its best row does, beyond their own uncertainty."""
-    unit = np.zeros((len(rows), N_LOCAL + N_SHARED, 1))
-    unit[:, DEPTH] = 1.0
-    sd = np.sqrt(solved(explanations.precision, unit)[:, DEPTH, 0])
-    best = first[rows.person]
-    apart = np.abs(explanations.local[:, DEPTH] - explanations.local[best, DEPTH])
-    return apart > _APART * np.maximum(sd, sd[best])
-
-
 def _ambiguous(
     rows: Rows, explanations: Explanations, weights: FloatArray, first: NDArray[np.intp]
 ) -> dict[int, list[int]]:  # fmt: skip
-    """Return the people whose explanations stay apart: person -> its rows, the best first. The likeliest few only."""
-    far = _far(rows, explanations, first) & (weights > _LEAST_WEIGHT)
+    """Return the people whose explanations stay apart: person -> its rows, the best first. The likeliest few only.
+
+    Those stay apart that put their person elsewhere than its best row does, beyond their own uncertainty.
+    """
+    likely = np.flatnonzero(weights > _LEAST_WEIGHT)
+    likely = likely[likely != first[rows.person[likely]]]
+    best = first[rows.person[likely]]
+    apart = np.abs(explanations.local[likely, DEPTH] - explanations.local[best, DEPTH])
+    unit = np.zeros((N_LOCAL + N_SHARED, 1))
+    unit[DEPTH] = 1.0
+    variance = solved(explanations.precision[np.concatenate([likely, best])], unit)[:, DEPTH, 0]
+    far = likely[apart > _APART * np.sqrt(variance.reshape(2, -1).max(axis=0))]
     choices: dict[int, list[int]] = {}
-    for row in np.flatnonzero(far)[np.argsort(-weights[far], kind="stable")]:
+    for row in far[np.argsort(-weights[far], kind="stable")]:
         person = int(rows.person[row])
         if person in choices or len(choices) < _MOST_AMBIGUOUS:
             choices.setdefault(person, [int(first[person])]).append(int(row))
@@ -205,13 +207,13 @@ def _modes(
         # the camera follows each alternative, and everybody else the camera
         shift = (explanations.shared[chosen[moved]] - fit.shared).sum(axis=0)
         local = fit.local - by_shared @ shift
-        hessian = fit.hessian.copy()
+        normal = fit.normal.copy()
         for person in moved:
             row = chosen[person]
             rest = shift - (explanations.shared[row] - fit.shared)
             local[person] = explanations.local[row] - _by_shared(explanations.hessian[row]) @ rest
-            hessian[person] = explanations.hessian[row]
-        explained = replace(fit, local=local, shared=fit.shared + shift, hessian=hessian)
+            normal[person, :, :-1] = explanations.hessian[row]
+        explained = replace(fit, local=local, shared=fit.shared + shift, normal=normal)
         modes.append(Mode(weight, torso_position(local, explained.shared), _covariance(explained)[1]))
     total = sum(m.weight for m in modes)
     modes = [Mode(m.weight / total, m.positions_m, m.covariance_m2) for m in modes]
@@ -247,14 +249,9 @@ def _floor(fit: Fit, covariance: FloatArray) -> Floor | None:
 
 def _basis(evidence: Evidence, fit: Fit, model: BodyModel, on_floor: NDArray[np.bool_]) -> tuple[str, ...]:
     believed = evidence.seen & (fit.weights > _BELIEVED)
-    names: list[str] = []
-    for person in range(len(believed)):
-        used = [
-            kind for kind, rows in model.kinds.items()
-            if (believed[person] & rows).any() and (kind != "feet" or on_floor[person])
-        ]  # fmt: skip
-        names.append("+".join(used))
-    return tuple(names)
+    used = believed @ np.stack(list(model.kinds.values()), axis=1)
+    used[:, list(model.kinds).index("feet")] &= on_floor
+    return tuple("+".join(kind for kind, true in zip(model.kinds, row, strict=True) if true) for row in used.tolist())
 
 
 def _spread(values: FloatArray, count: int, rows: NDArray[np.intp]) -> FloatArray:

@@ -34,91 +34,77 @@ N_SHARED = 6
 _STATURE = LENGTHS.index("stature")
 
 
+# Columns of a body's tables: one a length and one a latent, as the unknowns have them, and one for what neither moves.
+_COLUMNS = len(LENGTHS) + len(LATENTS) + 1
+_LENGTHS, _LATENTS = slice(0, len(LENGTHS)), slice(len(LENGTHS), _COLUMNS - 1)
+# Which log length each column grows with: its own, or the stature.
+_GROWN_BY: FloatArray = np.eye(len(LENGTHS), _COLUMNS)
+_GROWN_BY[_STATURE, len(LENGTHS) :] = 1.0
+# Heading and turn to the headings of trunk and head.
+_FACING: FloatArray = np.array([[1.0, 1.0], [0.0, 1.0]])
+# The cross products with the unit vectors from the left, as matrices (3, 3 x 3).
+_CROSS: FloatArray = np.cross(np.eye(3)[:, None], np.eye(3)).swapaxes(1, 2).reshape(3, 9)
+
+
 @dataclass(frozen=True, eq=False)
 class BodyTables:
-    """The body model's tables, row by row, for its K joints and, as one more, the sole below the torso's middle.
+    """The body model's tables, row by row, for its K joints.
 
-    table: shape (R, 3, K + 1, lengths + latents), metres per metre and statures; head: shape (R, 3, K + 1, lengths);
-    rest: shape (R, 3, K + 1). See `body_model.BodyModel`.
+    Their columns are lengths, latents and, last, the rest: metres per metre and statures. table: shape (R, 3, K,
+    columns); head, of the lengths only: (R, 3, K, lengths); torso, the height of the torso's middle above the sole:
+    (R, columns). See `body_model.BodyModel`.
     """
 
     table: FloatArray
     head: FloatArray
-    rest: FloatArray
+    torso: FloatArray
 
     @classmethod
     def of(cls, model: BodyModel, posture: NDArray[np.intp]) -> BodyTables:
         """Return the tables of rows in these postures (R,)."""
-        postures, joints = model.rest.shape[:2]
-        table = np.zeros((postures, 3, joints + 1, len(LENGTHS) + len(LATENTS)))
-        table[:, :, :-1] = np.concatenate([model.body, model.latent], axis=-1).transpose(0, 2, 1, 3)
-        table[:, 2, -1] = -np.concatenate([model.torso, model.torso_latent], axis=-1)
-        head = np.zeros((postures, 3, joints + 1, len(LENGTHS)))
-        head[:, :, :-1] = model.head.transpose(0, 2, 1, 3)
-        rest = np.zeros((postures, 3, joints + 1))
-        rest[:, :, :-1] = model.rest.transpose(0, 2, 1)
-        rest[:, 2, -1] = -model.torso_rest
-        return cls(table[posture], head[posture], rest[posture])
+        table = np.concatenate([model.body, model.latent, model.rest[..., None]], axis=-1).swapaxes(1, 2)
+        torso = np.concatenate([model.torso, model.torso_latent, model.torso_rest[:, None]], axis=-1)
+        # in one piece, for the products to take them as they lie
+        flat, head = (np.ascontiguousarray(part[posture]) for part in (table, model.head.swapaxes(1, 2)))
+        return cls(flat, head, torso[posture])
 
     def taken(self, index: NDArray[np.intp]) -> BodyTables:
         """Return the tables of some of the rows."""
-        return BodyTables(self.table[index], self.head[index], self.rest[index])
+        return BodyTables(self.table[index], self.head[index], self.torso[index])
 
 
 @dataclass(frozen=True, eq=False)
 class Projected:
-    """Keypoints of R rows, with what their derivatives follow from.
+    """Keypoints and soles of R rows, with their derivatives.
 
-    points: shape (R, 2, K). floor: shape (R,), how far the sole is above the floor in metres, floor_jacobian: shape
-    (R, N_LOCAL + N_SHARED). ideal: shape (R, 2, K), at focal length 1; enlarged: at the estimated one.
-    focal_over_depth: shape (R, 1, K). moved: shape (R, 3, K, N_LOCAL + N_SHARED), the derivatives of the joints in the
-    camera frame.
+    points: shape (R, 2, K). floor: shape (R,), how far the sole is above the floor in metres. equations: shape (R, 2 K
+    + 1, N_LOCAL + N_SHARED + 1), the derivatives by all unknowns: first of all x, then of all y, then of the floor. Its
+    last column is free, for the residuals.
     """
 
     points: FloatArray
     floor: FloatArray
-    floor_jacobian: FloatArray
-    ideal: FloatArray
-    enlarged: FloatArray
-    focal_over_depth: FloatArray
-    moved: FloatArray
-
-    def jacobian(self, weight: FloatArray) -> FloatArray:
-        """Return the derivatives of the points (R, 2, K, N_LOCAL + N_SHARED), each point's times its weight (R, K)."""
-        weight = weight[:, None]
-        result = self.ideal[..., None] * self.moved[:, 2:]
-        np.subtract(self.moved[:, :2], result, out=result)
-        result *= (self.focal_over_depth * weight)[..., None]
-        # focal length and principal point move the points themselves too
-        result[..., N_LOCAL + FOCAL] += self.enlarged * weight
-        result[:, 0, :, N_LOCAL + PRINCIPAL.start] += weight[:, 0]
-        result[:, 1, :, N_LOCAL + PRINCIPAL.start + 1] += weight[:, 0]
-        return result
+    equations: FloatArray
 
 
-def camera_axes(pitch: FloatArray, roll: FloatArray) -> FloatArray:
-    """Return the matrices (R, 3, 3) from world to camera axes, of pitches and rolls (R,)."""
-    cp, sp, cr, sr = np.cos(pitch), np.sin(pitch), np.cos(roll), np.sin(roll)
-    matrix = np.zeros((len(cp), 3, 3))
+def camera_axes(tilt: FloatArray) -> FloatArray:
+    """Return the matrices (R, 3, 3) from world to camera axes; tilt: shape (R, 2), pitch and roll."""
+    (cp, cr), (sp, sr) = np.cos(tilt).T, np.sin(tilt).T
+    matrix = np.zeros((len(tilt), 3, 3))
     matrix[:, 0, 0], matrix[:, 0, 1], matrix[:, 0, 2] = cr, -sr * cp, sr * sp
     matrix[:, 1, 0], matrix[:, 1, 1], matrix[:, 1, 2] = sr, cr * cp, -cr * sp
     matrix[:, 2, 1], matrix[:, 2, 2] = sp, cp
     return matrix
 
 
-def turns(matrix: FloatArray, roll: FloatArray) -> FloatArray:
+def turns(matrix: FloatArray) -> FloatArray:
     """Return what turning by heading, pitch and roll does to vectors of the camera frame: (R, 9, 3), in this order.
 
     Each turns about an axis: up, the camera's x before its roll, and the optical axis.
     """
-    result = np.zeros((len(matrix), 9, 3))
-    down = matrix[:, :, 1]
-    result[:, 0, 1], result[:, 0, 2], result[:, 1, 2] = down[:, 2], -down[:, 1], down[:, 0]
-    result[:, 1, 0], result[:, 2, 0], result[:, 2, 1] = -down[:, 2], down[:, 1], -down[:, 0]
-    cr, sr = np.cos(roll), np.sin(roll)
-    result[:, 3, 2], result[:, 4, 2], result[:, 5, 0], result[:, 5, 1] = sr, -cr, -sr, cr
-    result[:, 6, 1], result[:, 7, 0] = -1.0, 1.0
-    return result
+    axes = np.zeros((len(matrix), 3, 3))
+    axes[:, 0], axes[:, 1], axes[:, 2, 2] = -matrix[:, :, 1], matrix[:, :, 0], 1.0
+    return (axes @ _CROSS).reshape(-1, 9, 3)
 
 
 def body_axes(heading: FloatArray) -> FloatArray:
@@ -156,59 +142,95 @@ def torso_jacobian(position: FloatArray, shared: FloatArray) -> FloatArray:
 def project(local: FloatArray, shared: FloatArray, bodies: BodyTables) -> Projected:
     """Project the rows' bodies, each with its own tables, under one camera (N_SHARED,) or one each (R, N_SHARED)."""
     count, joints = len(local), bodies.head.shape[2]
-    shared = np.broadcast_to(shared, (count, N_SHARED))
-    matrix = camera_axes(shared[:, PITCH], shared[:, ROLL])
-    turn = turns(matrix, shared[:, ROLL])
-    torso = torso_position(local, shared)
-    lengths = np.exp(local[:, LOG_LENGTHS])
-    stature = lengths[:, [_STATURE]]
-    # a table's columns are log lengths and latents: here they come in the camera frame, metres per unit of either
-    axes, head_axes = matrix @ body_axes(np.stack([local[:, HEADING], local[:, HEADING] + local[:, TURN]]))
-    linear = (axes @ bodies.table.reshape(count, 3, -1)).reshape(count, 3, joints, -1)
-    head = (head_axes @ bodies.head.reshape(count, 3, -1)).reshape(count, 3, joints, -1)
-    linear[..., : len(LENGTHS)] += head
-    linear *= np.concatenate([lengths, np.repeat(stature, len(LATENTS), axis=1)], axis=1)[:, None, None]
-    head = (head @ lengths[:, None, :, None])[..., 0]
-    # what the lengths and what the posture do, in one product
-    parts = np.zeros((count, 1, linear.shape[-1], 2))
-    parts[:, 0, : len(LENGTHS), 0], parts[:, 0, len(LENGTHS) :, 1] = 1.0, local[:, POSTURE]
-    about, held = np.moveaxis(linear @ parts, -1, 0)
-    held = held + axes @ bodies.rest * stature[..., None]
-    about = about + held  # the torso's middle
+    camera = shared.reshape(-1, N_SHARED)
+    matrix = camera_axes(camera[:, PITCH : ROLL + 1])
+    turn = turns(matrix)
+    axes = matrix[:, None] @ body_axes(local[:, HEADING : TURN + 1] @ _FACING)
+    # the tables in the camera frame, metres per unit of log length and latent
+    scale = np.exp(local[:, LOG_LENGTHS] @ _GROWN_BY)
+    linear = (axes[:, 0] @ bodies.table.reshape(count, 3, -1)).reshape(count, 3 * joints, -1)
+    head = (axes[:, 1] @ bodies.head.reshape(count, 3, -1)).reshape(count, 3 * joints, -1)
+    linear[..., _LENGTHS] += head
+    linear *= scale[:, None]
+    # where the joints are from the torso's middle: what the lengths do, and what the posture does
+    parts = np.zeros((count, _COLUMNS, 2))
+    parts[:, _LENGTHS, 0] = parts[:, -1, 1] = 1.0
+    parts[:, _LATENTS, 1] = local[:, POSTURE]
+    about = linear @ parts
+    linear[..., -1] = about[..., 1]  # a body grows with its stature as a whole, posture and all
+    body = about.sum(axis=-1).reshape(count, 3, joints)
+    turned = np.empty((count, 12, joints))  # by heading, pitch, roll and the head's turn
+    turned[:, :9] = turn @ body
+    turned[:, 9:] = turn[:, :3] @ (head @ scale[:, _LENGTHS, None]).reshape(count, 3, joints)
 
-    moved = np.empty((count, 3, joints, N_LOCAL + N_SHARED))
-    moved[:] = torso_jacobian(torso, shared)[:, :, None]
-    moved[..., LOG_LENGTHS.start : POSTURE.stop] = linear
-    moved[..., LOG_LENGTHS.start + _STATURE] += held  # a body grows with its stature as a whole, posture and all
-    turned = turn @ about
-    moved[..., HEADING], moved[..., TURN] = turned[:, 0:3], turn[:, 0:3] @ head
-    moved[..., N_LOCAL + PITCH] += turned[:, 3:6]
-    moved[..., N_LOCAL + ROLL] += turned[:, 6:9]
+    torso = torso_position(local, camera)
+    sideways = torso[:, 2:] * np.exp(-camera[:, FOCAL, None])  # metres per nominal focal length in the photo
+    body += torso[..., None]
+    equations = np.zeros((count, 2 * joints + 1, N_LOCAL + N_SHARED + 1))
+    points = _onto_image(
+        equations[:, :-1].reshape(count, 2, joints, -1), body, torso, sideways, camera,
+        linear.reshape(count, 3, joints, -1), turned.reshape(count, 4, 3, joints),
+    )  # fmt: skip
+    upright = bodies.torso * scale
+    height = upright[:, None] @ parts
+    upright[:, -1] = height[:, 0, 1]
+    floor = _above_floor(equations[:, -1], torso, sideways, camera, matrix[:, :, 1], turn[:, 3:], upright)
+    return Projected(points, floor - height.sum(axis=(1, 2)), equations)
 
-    about += torso[:, :, None]
-    focal = np.exp(shared[:, FOCAL])[:, None, None]
-    depth = np.maximum(about[:, 2:, :-1], 0.05)  # a joint beside the lens must not divide by zero on the way
-    ideal = about[:, :2, :-1] / depth
+
+def _onto_image(
+    jacobian: FloatArray, joints: FloatArray, torso: FloatArray, sideways: FloatArray, camera: FloatArray,
+    tabled: FloatArray, turned: FloatArray,
+) -> FloatArray:  # fmt: skip
+    """Return the points (R, 2, K) of joints (R, 3, K) in the camera frame; write their derivatives, (R, 2, K, all).
+
+    torso: shape (R, 3); sideways: shape (R, 1). tabled: shape (R, 3, K, columns), the joints' derivatives by lengths
+    and latents and, of posture alone, by the logarithm of the stature; turned: shape (R, 4, 3, K), those by heading,
+    pitch, roll and turn.
+    """
+    focal = np.exp(camera[:, FOCAL, None, None])
+    depth = np.maximum(joints[:, 2:], 0.05)  # a joint beside the lens must not divide by zero on the way
+    ideal, enlarged_by = joints[:, :2] / depth, focal / depth
     enlarged = ideal * focal
-    points = enlarged + shared[:, PRINCIPAL, None]
-    floor, floor_jacobian = _above_floor(about[:, :, -1:], moved[:, :, -1], shared, matrix[:, None, :, 1], turn)
-    return Projected(points, floor, floor_jacobian, ideal, enlarged, focal / depth, moved[:, :, :-1])
+
+    flat = ideal[..., None] * tabled[:, 2:]
+    np.subtract(tabled[:, :2], flat, out=flat)
+    flat *= enlarged_by[..., None]
+    jacobian[..., LOG_LENGTHS.start : POSTURE.stop] = flat[..., :-1]
+    jacobian[..., LOG_LENGTHS.start + _STATURE] += flat[..., -1]
+    flat = ideal[:, None] * turned[:, :, 2:]
+    np.subtract(turned[:, :, :2], flat, out=flat)
+    flat *= enlarged_by[:, None]
+    jacobian[..., HEADING], jacobian[..., TURN] = flat[:, 0], flat[:, 3]
+    jacobian[..., N_LOCAL + PITCH], jacobian[..., N_LOCAL + ROLL] = flat[:, 1], flat[:, 2]
+
+    # the torso's middle carries the body; focal length and principal point move the points themselves too
+    across, aside = torso[:, :2, None] * enlarged_by, sideways * enlarged_by[:, 0]
+    jacobian[:, 0, :, 0] = jacobian[:, 1, :, 1] = aside
+    jacobian[..., DEPTH] = across - ideal * (torso[:, 2:, None] * enlarged_by)
+    jacobian[..., N_LOCAL + FOCAL] = enlarged - across
+    jacobian[:, 0, :, N_LOCAL + PRINCIPAL.start] = jacobian[:, 1, :, N_LOCAL + PRINCIPAL.start + 1] = 1.0 - aside
+    return enlarged + camera[:, PRINCIPAL, None]
 
 
 def _above_floor(
-    sole: FloatArray, moved: FloatArray, shared: FloatArray, down: FloatArray, turn: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Return how far each sole is above the floor (R,), and the derivatives (R, N_LOCAL + N_SHARED).
+    jacobian: FloatArray, torso: FloatArray, sideways: FloatArray, camera: FloatArray, down: FloatArray,
+    turn: FloatArray, upright: FloatArray,
+) -> FloatArray:  # fmt: skip
+    """Return how far the torso's middle is above where soles lie on the floor (R,); write the soles' derivatives.
 
-    sole: shape (R, 3, 1) in the camera frame; moved: shape (R, 3, N_LOCAL + N_SHARED), its derivatives; down: shape
-    (R, 1, 3).
+    down: shape (1 or R, 3), along gravity; turn: shape (1 or R, 6, 3), what pitch and roll do to it. upright: shape (R,
+    columns), what lengths, latents and, by posture alone, the logarithm of the stature add to the torso's own height.
     """
-    height = np.exp(shared[:, HEIGHT])
-    above = height - (down @ sole)[:, 0, 0] - SHOE_M
-    jacobian = -(down @ moved)[:, 0]
-    # gravity turns in the camera frame too: its derivative times the sole is minus its own times the turned sole
-    turned = (down @ (turn[:, 3:] @ sole).reshape(len(sole), 2, 3).swapaxes(1, 2))[:, 0]
-    jacobian[:, N_LOCAL + PITCH] += turned[:, 0]
-    jacobian[:, N_LOCAL + ROLL] += turned[:, 1]
-    jacobian[:, N_LOCAL + HEIGHT] = height
-    return above, jacobian
+    by_place = down * torso
+    aside = down[:, :2] * sideways
+    below, height = by_place.sum(axis=1), np.exp(camera[:, HEIGHT])
+    jacobian[:, POINT], jacobian[:, DEPTH] = -aside, -below
+    np.negative(upright[:, :-1], out=jacobian[:, LOG_LENGTHS.start : POSTURE.stop])
+    jacobian[:, LOG_LENGTHS.start + _STATURE] -= upright[:, -1]
+    # a body turns with gravity: only the torso's middle, which the photo holds, comes nearer to the floor or further
+    gravity = (turn @ down[..., None]).reshape(-1, 2, 3)
+    jacobian[:, N_LOCAL + PITCH : N_LOCAL + ROLL + 1] = -(gravity @ torso[..., None])[..., 0]
+    jacobian[:, N_LOCAL + HEIGHT], jacobian[:, N_LOCAL + FOCAL] = height, by_place[:, :2].sum(axis=1)
+    jacobian[:, N_LOCAL + PRINCIPAL.start : N_LOCAL + PRINCIPAL.stop] = aside
+    return height - below - SHOE_M

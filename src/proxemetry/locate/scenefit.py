@@ -36,6 +36,8 @@ TYPICAL_HEIGHT_M, HEIGHT_LOG_SD = 1.55, 0.30
 _EXACT = 1e-5
 _LOOSE = 0.25
 _MOST_ITERATIONS = 8
+#: An explanation that is likelier by this log factor after the first steps leads in place of the one that looked best.
+_LIKELIER = 1.0
 _REASON = "fewer than two usable joints: nothing shows how large this person appears"
 
 
@@ -91,44 +93,52 @@ def _fit(
     scale = _scale(guesses.local[first])
     rows = rows_of(guesses, evidence, types, floor_sd, model, scale)
 
-    # a looser floor first: people whom the coarse look put off it still find it
-    loose = rows.taken(first).with_floor(_LOOSE)
-    local, shared = approach(loose, guesses.local[first], start.shared, prior, iterations=3)
-    rows = rows.with_precision(keypoint_precision(evidence, model, _scale(local))[rows.person])
+    # two steps on a looser floor first: people whom the coarse look put off it still find it
+    loose = rows.with_floor(_LOOSE)
+    near = approach(loose, guesses.local, start.shared, prior, first)
+    near = approach(loose, near.local, near.shared, prior, first)
+    guesses.local[:] = near.local
+    rough = guesses.log_prior - near.row_cost
+    best = _best_rows(rows.person, rough)
+    first = np.where(rough[best] > rough[first] + _LIKELIER, best, first)
+    local = near.local[first]
     # what is known of size and depth now tells how noisy keypoints and floor are
+    rows = rows.with_precision(keypoint_precision(evidence, model, _scale(local))[rows.person])
     uneven = np.hypot(FLOOR_SD_M, FLOOR_SLOPE_SD * np.exp(local[:, DEPTH]))
     rows = rows.with_floor(FLOOR_SD_M / uneven[rows.person])
-    fit = solve(rows.taken(first), local, shared, prior, iterations=_MOST_ITERATIONS)
-    for turn in range(2):
-        explanations, weight = _weigh(rows, first, guesses, fit, prior, iterations=1 if turn else 3)
-        best = _best_rows(rows.person, weight, len(usable))
+    fit = solve(rows.taken(first), local, near.shared, prior, iterations=_MOST_ITERATIONS)
+    for _ in range(2):
+        explanations, weight = _weigh(rows, first, guesses, fit, prior)
+        best = _best_rows(rows.person, weight)
         if (best == first).all():
             break
         first = best
         fit = solve(rows.taken(first), explanations.local[first], fit.shared, prior, iterations=_MOST_ITERATIONS)
         guesses.local[:] = explanations.local
     else:
-        explanations, weight = _weigh(rows, first, guesses, fit, prior, iterations=1)
+        explanations, weight = _weigh(rows, first, guesses, fit, prior)
     return placed_people(rows, explanations, weight, first, fit, evidence, model, on_floor)
 
 
 def _weigh(
-    rows: Rows, first: NDArray[np.intp], guesses: Guesses, fit: Fit, prior: SharedPrior, iterations: int
+    rows: Rows, first: NDArray[np.intp], guesses: Guesses, fit: Fit, prior: SharedPrior
 ) -> tuple[Explanations, FloatArray]:
     """Explain every row with the camera as everybody else would have it; return also the log weight of each."""
     others = others_of(fit, prior)
-    rest = np.setdiff1d(np.arange(len(rows)), first)
+    following = np.ones(len(rows), dtype=bool)
+    following[first] = False
+    rest = np.flatnonzero(following)
     explanations = best = explained(fit, others)
     if len(rest):
         begin, elsewhere = np.tile(fit.shared, (len(rest), 1)), others.taken(rows.person[rest])
-        refined = explain(rows.taken(rest), guesses.local[rest], begin, elsewhere, iterations=iterations)
-        explanations = joined(first, best, rest, refined)
+        explanations = joined(first, best, rest, explain(rows.taken(rest), guesses.local[rest], begin, elsewhere))
     return explanations, log_evidence(explanations, rows, guesses.log_prior)
 
 
-def _best_rows(person: NDArray[np.intp], weight: FloatArray, count: int) -> NDArray[np.intp]:
+def _best_rows(person: NDArray[np.intp], weight: FloatArray) -> NDArray[np.intp]:
     """Return each person's likeliest row."""
-    return np.array([np.flatnonzero(person == i)[weight[person == i].argmax()] for i in range(count)])
+    order = np.lexsort((-weight, person))
+    return order[np.searchsorted(person[order], np.arange(person[-1] + 1))]
 
 
 def _scale(local: FloatArray) -> FloatArray:

@@ -12,17 +12,21 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from .projection import DEPTH, FOCAL, HEADING, N_LOCAL, N_SHARED, BodyTables, project
+from .projection import DEPTH, FOCAL, HEADING, N_LOCAL, N_SHARED, TURN, BodyTables, project
 
 FloatArray = NDArray[np.float64]
 
 _KEYPOINT_DOF = 5.0
 _FLOOR_DOF = 3.0
 _SHARED_DOF = 3.0
-#: Depths and shared unknowns that move by less end the search.
-_SETTLED = 5e-3
-#: No unknown moves further in one step: the model is only locally linear.
-_LOCAL_STEP, _SHARED_STEP = 0.3, 0.12
+#: Depths and shared unknowns that move by less end the search; the last step itself is still taken.
+_SETTLED = 1e-2
+#: No unknown moves further in one step: the model is only locally linear. The log of the camera's height bends little.
+_LOCAL_STEP = 0.3
+_SHARED_STEP: FloatArray = np.array([0.12, 0.12, 0.4, 0.12, 0.12, 0.12])
+#: Headings that swing to and fro, as they do between two outliers, move by this much of the last swing at most.
+_SWING = 0.5
+_FACING = slice(HEADING, TURN + 1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,40 +75,37 @@ class SharedPrior:
     mean: FloatArray
     sd: FloatArray
 
-    def weights(self, shared: FloatArray) -> FloatArray:
-        """Return the precision of each unknown at this estimate."""
+    def cost(self, shared: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the negative log density of estimates (..., N_SHARED), up to a constant, and their precisions."""
         z2 = ((shared - self.mean) / self.sd) ** 2
-        robust = (_SHARED_DOF + 1) / (_SHARED_DOF + z2)
-        robust[FOCAL:] = 1.0
-        return robust / self.sd**2
-
-    def cost(self, shared: FloatArray) -> float:
-        """Return the negative log density, up to a constant."""
-        z2 = ((shared - self.mean) / self.sd) ** 2
-        heavy = (_SHARED_DOF + 1) / 2 * np.log1p(z2[:FOCAL] / _SHARED_DOF)
-        return float(heavy.sum() + 0.5 * z2[FOCAL:].sum())
+        off = 1 + z2[..., :FOCAL] / _SHARED_DOF
+        precision = np.broadcast_to(self.sd**-2, shared.shape).copy()
+        precision[..., :FOCAL] *= (1 + 1 / _SHARED_DOF) / off
+        return (_SHARED_DOF + 1) / 2 * np.log(off).sum(axis=-1) + 0.5 * z2[..., FOCAL:].sum(axis=-1), precision
 
 
 @dataclass(frozen=True, eq=False)
 class Fit:
     """An explanation: local (R, N_LOCAL), shared (N_SHARED,), with its normal equations and its cost.
 
-    hessian: shape (R, N_LOCAL + N_SHARED, N_LOCAL + N_SHARED), each row's part without the shared prior, whose
-    precision is shared_precision, shape (N_SHARED,). gradient: shape (R, N_LOCAL + N_SHARED), downhill, of the same.
-    row_cost: shape (R,), negative log posterior of each row given the
-    shared. shared_cost: that of the shared prior. weights: shape (R, K), about 1 for a keypoint fully believed, 0 for
-    an outlier. floor_weight: shape (R,), likewise.
+    normal: shape (R, N_LOCAL + N_SHARED, N_LOCAL + N_SHARED + 1), each row's hessian and, downhill, its gradient,
+    without the shared prior, whose precision is shared_precision, shape (N_SHARED,). row_cost: shape (R,), negative log
+    posterior of each row given the shared. shared_cost: that of the shared prior. weights: shape (R, K), about 1 for a
+    keypoint fully believed, 0 for an outlier; of those not seen they say nothing.
     """
 
     local: FloatArray
     shared: FloatArray
-    hessian: FloatArray
-    gradient: FloatArray
+    normal: FloatArray
     shared_precision: FloatArray
     row_cost: FloatArray
     shared_cost: float
     weights: FloatArray
-    floor_weight: FloatArray
+
+    @property
+    def hessian(self) -> FloatArray:
+        """The rows' hessians, shape (R, N_LOCAL + N_SHARED, N_LOCAL + N_SHARED)."""
+        return self.normal[..., :-1]
 
     @property
     def cost(self) -> float:
@@ -115,10 +116,13 @@ class Fit:
 def solve(rows: Rows, local: FloatArray, shared: FloatArray, prior: SharedPrior, *, iterations: int) -> Fit:
     """Return the best explanation found from a start (R, N_LOCAL), (N_SHARED,)."""
     best: Fit | None = None
+    last, longest = np.zeros((len(local), 2)), np.full((len(local), 2), _LOCAL_STEP)
     for _ in range(iterations):
         fit = evaluate(rows, local, shared, prior)
         best = fit if best is None or fit.cost <= best.cost else best
         local_step, shared_step = bounded(*_step(fit, prior))
+        longest = np.where(local_step[:, _FACING] * last < 0, _SWING * np.abs(last), longest)
+        last = local_step[:, _FACING] = np.clip(local_step[:, _FACING], -longest, longest)
         local, shared = local + local_step, shared + shared_step
         if max(np.abs(local_step[:, DEPTH]).max(initial=0.0), np.abs(shared_step).max()) < _SETTLED and best is fit:
             return _stepped(fit, local_step, shared_step, prior)
@@ -127,24 +131,24 @@ def solve(rows: Rows, local: FloatArray, shared: FloatArray, prior: SharedPrior,
 
 
 def _stepped(fit: Fit, local_step: FloatArray, shared_step: FloatArray, prior: SharedPrior) -> Fit:
-    """Return the fit after a step so small that the normal equations stay as they are."""
+    """Return the fit after a step so small that the hessians stay as they are."""
     step = np.concatenate([local_step, np.broadcast_to(shared_step, (len(local_step), N_SHARED))], axis=1)
-    bent = (fit.hessian @ step[..., None])[..., 0]
+    bent, normal = (fit.hessian @ step[..., None])[..., 0], fit.normal.copy()
+    row_cost = fit.row_cost - (step * (normal[..., -1] - 0.5 * bent)).sum(axis=1)
+    normal[..., -1] -= bent
     shared = fit.shared + shared_step
-    return replace(
-        fit, local=fit.local + local_step, shared=shared, gradient=fit.gradient - bent,
-        row_cost=fit.row_cost - (step * (fit.gradient - 0.5 * bent)).sum(axis=1), shared_cost=prior.cost(shared),
-    )  # fmt: skip
+    shared_cost, shared_precision = prior.cost(shared)
+    return Fit(fit.local + local_step, shared, normal, shared_precision, row_cost, float(shared_cost), fit.weights)
 
 
 def approach(
-    rows: Rows, local: FloatArray, shared: FloatArray, prior: SharedPrior, *, iterations: int
-) -> tuple[FloatArray, FloatArray]:
-    """Return local and shared unknowns some steps nearer to an explanation, for another search to begin at."""
-    for _ in range(iterations):
-        local_step, shared_step = bounded(*_step(evaluate(rows, local, shared, prior), prior))
-        local, shared = local + local_step, shared + shared_step
-    return local, shared
+    rows: Rows, local: FloatArray, shared: FloatArray, prior: SharedPrior,
+    leading: NDArray[np.intp] | slice = slice(None),
+) -> Fit:  # fmt: skip
+    """Return the fit one step nearer to an explanation, in which only the leading rows move the camera."""
+    fit = evaluate(rows, local, shared, prior)
+    local_step, shared_step = _step(fit, prior, leading)
+    return _stepped(fit, *bounded(local_step, shared_step), prior)
 
 
 def bounded(local_step: FloatArray, shared_step: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -154,71 +158,59 @@ def bounded(local_step: FloatArray, shared_step: FloatArray) -> tuple[FloatArray
 
 def evaluate(rows: Rows, local: FloatArray, shared: FloatArray, prior: SharedPrior) -> Fit:
     """Return the fit at this point."""
-    hessian, gradient, cost, weights, floor_weight = evaluate_rows(rows, local, shared)
-    return Fit(
-        local, shared, hessian, gradient, prior.weights(shared), cost, prior.cost(shared), weights, floor_weight
-    )  # fmt: skip
+    normal, cost, weights = evaluate_rows(rows, local, shared)
+    shared_cost, shared_precision = prior.cost(shared)
+    return Fit(local, shared, normal, shared_precision, cost, float(shared_cost), weights)
 
 
-def evaluate_rows(
-    rows: Rows, local: FloatArray, shared: FloatArray
-) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Return hessian, gradient, cost, keypoint and floor weights of each row, without what is known of the camera."""
+def evaluate_rows(rows: Rows, local: FloatArray, shared: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return normal equations, cost and keypoint weights of each row, without what is known of the camera."""
     projected = project(local, shared, rows.bodies)
-    residual = (rows.points - projected.points) * rows.precision[:, None]
-    squared = residual[:, 0] ** 2 + residual[:, 1] ** 2
-    weights = (_KEYPOINT_DOF + 2) / (_KEYPOINT_DOF + squared) * (rows.precision > 0)
-    above = projected.floor * rows.floor_precision
-    floor_weight = (_FLOOR_DOF + 1) / (_FLOOR_DOF + above**2) * (rows.floor_precision > 0)
-    cost = (_KEYPOINT_DOF + 2) / 2 * np.log1p(squared / _KEYPOINT_DOF).sum(axis=1)
-    cost += (_FLOOR_DOF + 1) / 2 * np.log1p(above**2 / _FLOOR_DOF)
+    count, joints = rows.precision.shape
+    residual = rows.points - projected.points
+    off_keypoints = 1 + ((residual * rows.precision[:, None]) ** 2).sum(axis=1) / _KEYPOINT_DOF
+    off_floor = 1 + (projected.floor * rows.floor_precision) ** 2 / _FLOOR_DOF
+    weights = (1 + 2 / _KEYPOINT_DOF) / off_keypoints
+    cost = (_KEYPOINT_DOF + 2) / 2 * np.log(off_keypoints).sum(axis=1) + (_FLOOR_DOF + 1) / 2 * np.log(off_floor)
 
-    count = len(local)
-    root, floor_root = np.sqrt(weights), np.sqrt(floor_weight)
-    jacobian = np.empty((count, 2 * residual.shape[2] + 1, N_LOCAL + N_SHARED))
-    jacobian[:, :-1] = projected.jacobian(root * rows.precision).reshape(count, -1, N_LOCAL + N_SHARED)
-    jacobian[:, -1] = projected.floor_jacobian * (floor_root * rows.floor_precision)[:, None]
-    stacked = np.concatenate([(residual * root[:, None]).reshape(count, -1), (-above * floor_root)[:, None]], axis=1)
-    transposed = jacobian.transpose(0, 2, 1)
-    hessian = transposed @ jacobian
-    gradient = (transposed @ stacked[..., None])[..., 0]
+    noise = np.empty((count, 2 * joints + 1, 1))
+    noise[:, :joints, 0] = noise[:, joints:-1, 0] = weights * rows.precision**2
+    noise[:, -1, 0] = (1 + 1 / _FLOOR_DOF) / off_floor * rows.floor_precision**2
+    equations = projected.equations
+    equations[:, :-1, -1], equations[:, -1, -1] = residual.reshape(count, -1), -projected.floor
+    normal = (equations[..., :-1] * noise).transpose(0, 2, 1) @ equations
 
     off = rows.prior_mean - local
-    off[:, HEADING] = (off[:, HEADING] + np.pi) % (2 * np.pi) - np.pi
     pull = (rows.prior_precision @ off[..., None])[..., 0]
-    hessian[:, :N_LOCAL, :N_LOCAL] += rows.prior_precision
-    gradient[:, :N_LOCAL] += pull
+    normal[:, :N_LOCAL, :N_LOCAL] += rows.prior_precision
+    normal[:, :N_LOCAL, -1] += pull
     cost += 0.5 * (off * pull).sum(axis=1)
-    return hessian, gradient, cost, weights, floor_weight
+    return normal, cost, weights
 
 
-def damped(matrix: FloatArray) -> FloatArray:
-    """Return normal equations whose local unknowns can all be solved for, whatever was seen."""
-    result, index = matrix.copy(), np.arange(N_LOCAL)
-    result[:, index, index] += 1e-6 * result[:, index, index] + 1e-9
-    return result
+def _step(
+    fit: Fit, prior: SharedPrior, leading: NDArray[np.intp] | slice = slice(None)
+) -> tuple[FloatArray, FloatArray]:
+    """Return the step of local (R, N_LOCAL) and shared unknowns (N_SHARED,); the leading rows alone tell the latter."""
+    answer, reduced = eliminated(fit.normal)
+    # what the shared unknowns see once every row has answered
+    equations = reduced[leading].sum(axis=0)
+    equations[:, :-1] += np.diag(fit.shared_precision)
+    equations[:, -1] += fit.shared_precision * (prior.mean - fit.shared)
+    shared_step = solved(equations[:, :-1], equations[:, -1])
+    return answer[..., -1] - answer[..., :-1] @ shared_step, shared_step
 
 
-def _step(fit: Fit, prior: SharedPrior) -> tuple[FloatArray, FloatArray]:
-    own, gradient = damped(fit.hessian[:, :N_LOCAL, :N_LOCAL]), fit.gradient
-    cross = fit.hessian[:, :N_LOCAL, N_LOCAL:]
-    answer = solved(own, np.concatenate([cross, gradient[:, :N_LOCAL, None]], axis=2))
-    by_shared, alone = answer[..., :N_SHARED], answer[..., N_SHARED]
-    # Schur complement: what the shared unknowns see once every row has answered
-    matrix = schur(fit, by_shared)
-    pull = gradient[:, N_LOCAL:].sum(axis=0) - np.einsum("rls,rl->s", cross, alone)
-    pull = pull + fit.shared_precision * (prior.mean - fit.shared)
-    shared_step = solved(matrix, pull[:, None])[:, 0]
-    return alone - by_shared @ shared_step, shared_step
+def eliminated(normal: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return how each row's unknowns answer, and what is left for the shared ones (the Schur complement).
+
+    The answer, shape (R, N_LOCAL, N_SHARED + 1), is to the shared unknowns and, last, to the row's own gradient; what
+    is left, shape (R, N_SHARED, N_SHARED + 1), is a hessian and a gradient.
+    """
+    answer = solved(normal[:, :N_LOCAL, :N_LOCAL], normal[:, :N_LOCAL, N_LOCAL:])
+    return answer, normal[:, N_LOCAL:, N_LOCAL:] - normal[:, N_LOCAL:, :N_LOCAL] @ answer
 
 
 def solved(matrix: FloatArray, right: FloatArray) -> FloatArray:
     """Return matrix^-1 right, for stacks of both."""
     return np.asarray(np.linalg.solve(matrix, right), dtype=float)
-
-
-def schur(fit: Fit, by_shared: FloatArray) -> FloatArray:
-    """Return the precision (N_SHARED, N_SHARED) of the shared unknowns; by_shared is own^-1 cross (R, N_LOCAL, S)."""
-    cross = fit.hessian[:, :N_LOCAL, N_LOCAL:]
-    own = fit.hessian[:, N_LOCAL:, N_LOCAL:].sum(axis=0)
-    return own - np.einsum("rls,rlt->st", cross, by_shared) + np.diag(fit.shared_precision)

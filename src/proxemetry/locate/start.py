@@ -21,8 +21,8 @@ FloatArray = NDArray[np.float64]
 
 HEADINGS: FloatArray = np.linspace(0.0, 2 * np.pi, 8, endpoint=False)
 _PITCHES: FloatArray = np.deg2rad([0.0, -12.0, 12.0, 24.0, 36.0, 50.0, 65.0])
-# World to camera at each pitch: gravity's direction, and the axes of a body at each heading.
-_CAMERA_AXES: FloatArray = camera_axes(_PITCHES, 0 * _PITCHES)
+# World to camera at each pitch: gravity's direction, and the axes of a body at each heading, (pitches, headings, 3, 3).
+_CAMERA_AXES: FloatArray = camera_axes(np.stack([_PITCHES, 0 * _PITCHES], axis=1))
 _DOWN: FloatArray = _CAMERA_AXES[:, :, 1]
 _DOWN_BY_PITCH: FloatArray = np.stack([0 * _PITCHES, -np.sin(_PITCHES), np.cos(_PITCHES)], axis=1)
 _AXES: FloatArray = _CAMERA_AXES[:, None] @ body_axes(HEADINGS)
@@ -58,15 +58,15 @@ def look(
     unlikely[~_whole(evidence, model), N_COMMON:] = np.inf
     # some postures tell the pitch, the others are tried at that pitch alone
     cost, scale, shift = _lay(evidence.points, weights, bodies[:, :N_TELLING], _AXES)
-    cost = cost + unlikely[:, :N_TELLING]
-    best, shared = _pitch(cost, lengths_m[:, 0, None, None] / scale, shift, torso, prior, on_floor)
-    axes = _AXES[best : best + 1]
-    rare_cost, rare_scale, rare_shift = _lay(evidence.points, weights, bodies[:, N_TELLING:], axes)
-    rare_cost = rare_cost + unlikely[:, N_TELLING:]
-    size = np.concatenate([scale[best], rare_scale[0]], axis=1)
+    cost = cost + unlikely[:, :N_TELLING, None]
+    best, shared = _pitch(cost, lengths_m[:, 0, None, None, None] / scale, shift, torso, prior, on_floor)
+    rare_cost, rare_scale, rare_shift = _lay(evidence.points, weights, bodies[:, N_TELLING:], _AXES[best : best + 1])
+    rare_cost = rare_cost + unlikely[:, N_TELLING:, None]
+    size = np.concatenate([scale[:, :, best], rare_scale[:, :, 0]], axis=1)
     return Start(
-        shared, np.concatenate([cost[best], rare_cost[0]], axis=1), np.log(lengths_m[:, 0, None, None] / size),
-        np.concatenate([shift[best], rare_shift[0]], axis=1),
+        shared, np.concatenate([cost[:, :, best], rare_cost[:, :, 0]], axis=1),
+        np.log(lengths_m[:, 0, None, None] / size),
+        np.concatenate([shift[:, :, best], rare_shift[:, :, 0]], axis=1),
     )  # fmt: skip
 
 
@@ -75,20 +75,20 @@ def _pitch(
 ) -> tuple[int, FloatArray]:
     """Return the likeliest pitch's place in the table, and the shared unknowns (N_SHARED,) there.
 
-    cost, depth: shape (pitches, P, postures, headings); shift: the same and 2; torso: shape (P, postures or more).
+    cost, depth: shape (P, postures, pitches, headings); shift: the same and 2; torso: shape (P, postures or more).
     """
     # everybody's best posture and heading at each pitch
-    flat = (*cost.shape[:2], -1)
-    choice = cost.reshape(flat).argmin(axis=-1)[..., None]
-    lowest = np.take_along_axis(cost.reshape(flat), choice, axis=-1)[..., 0]
-    z = np.take_along_axis(depth.reshape(flat), choice, axis=-1)
-    point = np.take_along_axis(shift.reshape(*flat, 2), choice[..., None], axis=-2)[..., 0, :]
-    position = np.concatenate([point * z, z], axis=-1)
-    standing = np.take_along_axis(torso, choice[..., 0].T // len(HEADINGS), axis=1).T + SHOE_M
+    people = np.arange(len(cost))[:, None]
+    pitch = np.arange(len(_PITCHES))
+    by_pitch = cost.swapaxes(1, 2).reshape(len(cost), len(_PITCHES), -1)
+    posture, heading = np.divmod(by_pitch.argmin(axis=-1), len(HEADINGS))
+    chosen = (people, posture, pitch, heading)
+    z = depth[chosen][..., None]
+    position = np.concatenate([shift[chosen] * z, z], axis=-1).swapaxes(0, 1)
+    standing = torso[people, posture].T + SHOE_M
     shared = np.zeros((len(_PITCHES), N_SHARED))
     floor_cost, shared[:, PITCH], shared[:, HEIGHT] = _floor(position, standing, prior, on_floor)
-    total = lowest.sum(axis=1) + floor_cost + np.array([prior.cost(s) for s in shared])
-    best = int(total.argmin())
+    best = int((cost[chosen].sum(axis=0) + floor_cost + prior.cost(shared)[0]).argmin())
     return best, shared[best]
 
 
@@ -112,26 +112,30 @@ def _mean_bodies(lengths_m: FloatArray, model: BodyModel) -> tuple[FloatArray, F
 def _lay(
     points: FloatArray, weights: FloatArray, bodies: FloatArray, axes: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return cost, scale (statures over depth) (pitches, P, postures, headings) and the torso's point (..., 2).
+    """Return cost, scale (statures over depth) (P, postures, pitches, headings) and the torso's point (..., 2).
 
     bodies: shape (P, postures, K, 3). axes: shape (pitches, headings, 3, 3), from the body's frame to the camera's.
     """
-    offsets = axes[:, None, None] @ bodies.swapaxes(-1, -2)[None, :, :, None]
-    total = np.maximum(weights.sum(axis=1), 1e-12)
-    share = weights / total[:, None]
+    people, postures, joints = bodies.shape[:3]
+    offsets = (axes.reshape(-1, 3) @ bodies.swapaxes(-1, -2)).reshape(people, -1, 3, joints)
+    share = weights / np.maximum(weights.sum(axis=1, keepdims=True), 1e-12)
     centre = (share[..., None] * points).sum(axis=1)
-    flat = offsets[..., :2, :] - centre[:, None, None, :, None] * offsets[..., 2:, :]
-    middle = np.einsum("gpqhik,pk->gpqhi", flat, share)
-    about = flat - middle[..., None]
     seen = (points - centre[:, None]).transpose(0, 2, 1)
-    power = np.einsum("gpqhik,pk->gpqh", about**2, share)
-    scale = np.einsum("gpqhik,pik->gpqh", about, share[:, None] * seen) / np.maximum(power, 1e-12)
-    scale = np.maximum(scale, 1e-5)
-    residual = about
-    residual -= seen[:, None, None] / scale[..., None, None]
-    squared = (residual[..., 0, :] ** 2 + residual[..., 1, :] ** 2) * weights[:, None, None]
-    cost = (_DOF + 2) / 2 * np.log1p(squared / _DOF).sum(axis=-1)
-    return cost, scale, centre[:, None, None] - scale[..., None] * middle
+    # about the middle of what is seen, x of all joints and then y
+    flat = offsets[:, :, :2] - centre[:, None, :, None] * offsets[:, :, 2:]
+    middle = (flat.reshape(people, -1, joints) @ share[..., None]).reshape(people, -1, 2, 1)
+    flat -= middle
+    about = flat.reshape(people, -1, 2 * joints)
+    power = about**2 @ np.tile(share, 2)[..., None]
+    reach = about @ (share[:, None] * seen).reshape(people, -1, 1)
+    scale = np.maximum(reach / np.maximum(power, 1e-12), 1e-5)
+    about -= seen.reshape(people, 1, -1) / scale
+    about *= about
+    apart = (about[..., :joints] + about[..., joints:]) * (weights[:, None] / _DOF)
+    cost = (_DOF + 2) / 2 * np.log1p(apart, out=apart).sum(axis=-1)
+    shape = (people, postures, *axes.shape[:2])
+    shift = centre[:, None] - scale * middle[..., 0]
+    return cost.reshape(shape), scale.reshape(shape), shift.reshape(*shape, 2)
 
 
 def _floor(
