@@ -35,7 +35,8 @@ TYPICAL_HEIGHT_M, HEIGHT_LOG_SD = 1.55, 0.30
 
 _EXACT = 1e-5
 _LOOSE = 0.25
-_MOST_ITERATIONS = 8
+#: From the first steps on, and from where another explanation has been solved already.
+_MOST_ITERATIONS, _MOST_AGAIN = 8, 4
 #: An explanation that is likelier by this log factor after the first steps leads in place of the one that looked best.
 _LIKELIER = 1.0
 _REASON = "fewer than two usable joints: nothing shows how large this person appears"
@@ -113,7 +114,7 @@ def _fit(
         if (best == first).all():
             break
         first = best
-        fit = solve(rows.taken(first), explanations.local[first], fit.shared, prior, iterations=_MOST_ITERATIONS)
+        fit = solve(rows.taken(first), explanations.local[first], fit.shared, prior, iterations=_MOST_AGAIN)
         guesses.local[:] = explanations.local
     else:
         explanations, weight = _weigh(rows, first, guesses, fit, prior)
