@@ -60,20 +60,24 @@ def explained(fit: Fit, others: Others) -> Explanations:
     return _explanation(fit.local, shared, fit.normal, fit.row_cost, others)[0]
 
 
-def explain(rows: Rows, local: FloatArray, shared: FloatArray, others: Others) -> Explanations:
-    """Return rows' explanations one step on from a start (R, N_LOCAL), (R, N_SHARED), each for itself.
+def explain(rows: Rows, local: FloatArray, shared: FloatArray, others: Others, *, steps: int) -> Explanations:
+    """Return rows' best explanations some steps from a start (R, N_LOCAL), (R, N_SHARED), each for itself.
 
-    `others` row by row. A row that the step makes worse stays where it was.
+    `others` row by row.
     """
     normal, cost, _ = evaluate_rows(rows, local, shared)
-    start, pull = _explanation(local, shared, normal, cost, others)
-    gradient = normal[..., -1:]
-    gradient[:, N_LOCAL:, 0] += pull
-    step = solved(start.precision, gradient)[..., 0]
-    local_step, shared_step = bounded(step[:, :N_LOCAL], step[:, N_LOCAL:])
-    local, shared = local + local_step, shared + shared_step
-    normal, cost, _ = evaluate_rows(rows, local, shared)
-    return _better(start, _explanation(local, shared, normal, cost, others)[0])
+    here, pull = _explanation(local, shared, normal, cost, others)
+    best = here
+    for _ in range(steps):
+        gradient = normal[..., -1:]
+        gradient[:, N_LOCAL:, 0] += pull
+        step = solved(here.precision, gradient)[..., 0]
+        local_step, shared_step = bounded(step[:, :N_LOCAL], step[:, N_LOCAL:])
+        local, shared = local + local_step, shared + shared_step
+        normal, cost, _ = evaluate_rows(rows, local, shared)
+        here, pull = _explanation(local, shared, normal, cost, others)
+        best = _better(best, here)
+    return best
 
 
 def _explanation(

@@ -24,7 +24,7 @@ from .start import HEADINGS, Start
 FloatArray = NDArray[np.float64]
 
 #: An alternative this much worse than the best at the start (negative log posterior) is not pursued.
-_WORTH_PURSUING = 8.0
+_WORTH_PURSUING = 6.0
 #: So many postures besides the best are.
 _MOST_POSTURES = 2
 _TURN_SD = 0.45

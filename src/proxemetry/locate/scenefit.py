@@ -37,6 +37,7 @@ _EXACT = 1e-5
 _LOOSE = 0.25
 #: From the first steps on, and from where another explanation has been solved already.
 _MOST_ITERATIONS, _MOST_AGAIN = 8, 4
+_ALTERNATIVE_STEPS = 2
 #: An explanation that is likelier by this log factor after the first steps leads in place of the one that looked best.
 _LIKELIER = 1.0
 _REASON = "fewer than two usable joints: nothing shows how large this person appears"
@@ -132,7 +133,8 @@ def _weigh(
     explanations = best = explained(fit, others)
     if len(rest):
         begin, elsewhere = np.tile(fit.shared, (len(rest), 1)), others.taken(rows.person[rest])
-        explanations = joined(first, best, rest, explain(rows.taken(rest), guesses.local[rest], begin, elsewhere))
+        refined = explain(rows.taken(rest), guesses.local[rest], begin, elsewhere, steps=_ALTERNATIVE_STEPS)
+        explanations = joined(first, best, rest, refined)
     return explanations, log_evidence(explanations, rows, guesses.log_prior)
 
 
