@@ -108,6 +108,11 @@ class Fit:
         return self.normal[..., :-1]
 
     @property
+    def gradient(self) -> FloatArray:
+        """Downhill, shape (R, N_LOCAL + N_SHARED)."""
+        return self.normal[..., -1]
+
+    @property
     def cost(self) -> float:
         """The negative log posterior of all."""
         return float(self.row_cost.sum()) + self.shared_cost
