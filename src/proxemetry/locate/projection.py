@@ -158,7 +158,7 @@ def project(local: FloatArray, shared: FloatArray, bodies: BodyTables) -> Projec
     parts[:, _LATENTS, 1] = local[:, POSTURE]
     about = linear @ parts
     linear[..., -1] = about[..., 1]  # a body grows with its stature as a whole, posture and all
-    body = about.sum(axis=-1).reshape(count, 3, joints)
+    body = (about[..., 0] + about[..., 1]).reshape(count, 3, joints)
     turned = np.empty((count, 12, joints))  # by heading, pitch, roll and the head's turn
     turned[:, :9] = turn @ body
     turned[:, 9:] = turn[:, :3] @ (head @ scale[:, _LENGTHS, None]).reshape(count, 3, joints)
