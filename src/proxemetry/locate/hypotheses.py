@@ -35,14 +35,16 @@ _DEPTH_PRIOR = (np.log(6.0), 1.2)
 
 @dataclass(frozen=True, eq=False)
 class Guesses:
-    """R rows to try: whose, the posture, the heading, which group of bodies, the log prior weight; and a start each.
+    """R rows to try: whose, the posture, which group of bodies, the log prior weight; and a start each.
 
-    group: shape (R,), an index into `groups_of` that person's body size. local: shape (R, N_LOCAL).
+    group: shape (R,), an index into the `body_types` of that person's body size; mean: shape (R, L), that group's log
+    lengths. local: shape (R, N_LOCAL). Each person's first row is of the first group, and so are all but one a group.
     """
 
     person: NDArray[np.intp]
     posture: NDArray[np.intp]
     group: NDArray[np.intp]
+    mean: FloatArray
     log_prior: FloatArray
     local: FloatArray
 
@@ -91,7 +93,17 @@ def guesses_of(start: Start, types: list[tuple[Bodytype, ...]], model: BodyModel
     local[:, LOG_LENGTHS] = mean
     local[:, POSTURE] = model.prior_mean[posture]
     log_prior = np.log(weight * np.array(POSTURE_WEIGHTS)[posture])
-    return Guesses(person, posture, group, log_prior, local), np.array(first, dtype=np.intp)
+    return Guesses(person, posture, group, mean, log_prior, local), np.array(first, dtype=np.intp)
+
+
+def resized(guesses: Guesses, first: NDArray[np.intp]) -> None:
+    """Give every row of another group of bodies its person's first row as a start, made as large as that group is."""
+    rows = np.flatnonzero(guesses.group > 0)
+    alike = first[guesses.person[rows]]
+    larger = guesses.mean[rows] - guesses.mean[alike]
+    guesses.local[rows] = guesses.local[alike]
+    guesses.local[rows, LOG_LENGTHS] += larger
+    guesses.local[rows, DEPTH] += larger[:, 0]
 
 
 def _ranked(cost: FloatArray, groups: list[int]) -> tuple[list[tuple[int, int, int, int]], list[int]]:

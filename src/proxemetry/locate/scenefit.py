@@ -17,7 +17,7 @@ from . import LocateSettings
 from .alternatives import Explanations, explain, explained, joined, others_of
 from .body_model import BodyModel, body_model
 from .evidence import Evidence, evidence_of
-from .hypotheses import Guesses, body_types, guesses_of, keypoint_precision, log_evidence, rows_of
+from .hypotheses import Guesses, body_types, guesses_of, keypoint_precision, log_evidence, resized, rows_of
 from .posterior import Placed, placed_people
 from .projection import DEPTH, FOCAL, HEIGHT, LOG_LENGTHS, N_SHARED, PITCH, PRINCIPAL, ROLL
 from .solver import Fit, Rows, SharedPrior, approach, solve
@@ -96,14 +96,16 @@ def _fit(
     rows = rows_of(guesses, evidence, types, floor_sd, model, scale)
 
     # two steps on a looser floor first: people whom the coarse look put off it still find it
-    loose = rows.with_floor(_LOOSE)
-    near = approach(loose, guesses.local, start.shared, prior, first)
-    near = approach(loose, near.local, near.shared, prior, first)
-    guesses.local[:] = near.local
-    rough = guesses.log_prior - near.row_cost
-    best = _best_rows(rows.person, rough)
-    first = np.where(rough[best] > rough[first] + _LIKELIER, best, first)
-    local = near.local[first]
+    tried = np.flatnonzero(guesses.group == 0)
+    loose, leading = rows.taken(tried).with_floor(_LOOSE), np.searchsorted(tried, first)
+    near = approach(loose, guesses.local[tried], start.shared, prior, leading)
+    near = approach(loose, near.local, near.shared, prior, leading)
+    guesses.local[tried] = near.local
+    resized(guesses, first)
+    rough = guesses.log_prior[tried] - near.row_cost
+    best = _best_rows(loose.person, rough)
+    first = tried[np.where(rough[best] > rough[leading] + _LIKELIER, best, leading)]
+    local = guesses.local[first]
     # what is known of size and depth now tells how noisy keypoints and floor are
     rows = rows.with_precision(keypoint_precision(evidence, model, _scale(local))[rows.person])
     uneven = np.hypot(FLOOR_SD_M, FLOOR_SLOPE_SD * np.exp(local[:, DEPTH]))
