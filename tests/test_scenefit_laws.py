@@ -76,6 +76,19 @@ def test_more_evidence_hardly_widens_an_interval(seed):
     assert (more.position_sd_m[:, 2] < 1.15 * less.position_sd_m[:, 2]).all()
 
 
+@settings(deadline=None, max_examples=8)
+@given(seeds, st.integers(-2, 2))
+def test_headings_are_alike_by_whole_turns(seed, turns):
+    people, _ = photo(seed)
+    stated = np.full(len(people), 0.3)
+    here, there = (
+        locate(replace(people, heading_rad=h, heading_sd_rad=np.full(len(people), 0.2)), CAMERA, ADULTS)
+        for h in (stated, stated + 2 * np.pi * turns)
+    )
+    assert there.positions_m == pytest.approx(here.positions_m, rel=1e-6)
+    assert np.cos(there.heading_rad - here.heading_rad) == pytest.approx(1, abs=1e-9)
+
+
 def test_the_same_answer_every_time():
     people, _ = photo(3)
     first, second = locate(people, CAMERA, ADULTS), locate(people, CAMERA, ADULTS)
