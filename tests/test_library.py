@@ -91,6 +91,13 @@ def test_a_body_size_a_person_moves_that_person(scene):
     assert np.allclose(farther[1:], 1, rtol=0.01)
 
 
+def test_body_sizes_may_be_any_sequence_and_a_share_is_a_number():
+    sizes = np.array(["women", "men"], dtype=object)
+    assert px.LocateSettings(body_sizes=sizes) == px.LocateSettings(body_sizes=("women", "men"))
+    with pytest.raises(SettingsError, match="child weight is 'a': it must be a share"):
+        px.LocateSettings(child_weight="a")
+
+
 def test_quirks_may_be_any_collection(scene):
     for some in (["code-torso-length"], ("code-torso-length",), {"code-torso-length"}):
         answer = px.remeasure(scene, px.Settings("torso", px.LocateSettings(quirks=some)))

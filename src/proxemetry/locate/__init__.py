@@ -44,11 +44,13 @@ class LocateSettings:
     child_weight: float = CHILD_WEIGHT
 
     def __post_init__(self) -> None:
+        if self.body_sizes is not None:
+            object.__setattr__(self, "body_sizes", tuple(self.body_sizes))
         for size in (self.body_size, *(self.body_sizes or ())):
             if size is not None and size not in BODY_SIZES:
                 raise SettingsError(f"body size {size!r} is unknown: use one of {', '.join(BODY_SIZES)}")
-        if not 0 <= self.child_weight < 1:
-            raise SettingsError(f"child weight is {self.child_weight}: it must be a share from 0 up to, but not, 1")
+        if isinstance(self.child_weight, str) or not 0 <= self.child_weight < 1:
+            raise SettingsError(f"child weight is {self.child_weight!r}: it must be a share from 0 up to, but not, 1")
         if self.floor not in FLOORS:
             raise SettingsError(f"floor {self.floor!r} is unknown: use one of {', '.join(FLOORS)}")
 
