@@ -27,6 +27,7 @@ from small_photos import write_photo, write_photos
 import proxemetry
 from proxemetry.archive import manifest, newcomers, parts, pool
 from proxemetry.archive.copies import copies, repeated
+from proxemetry.archive.corrections import FILE, Log
 from proxemetry.archive.crew import require_same_networks
 from proxemetry.archive.folder import Folder
 from proxemetry.archive.results import Results
@@ -345,7 +346,13 @@ def test_a_folder_may_be_called_anything(tmp_path):
     photos, out = write_photos(tmp_path / "1990 [scans] *", 3), tmp_path / "out? [1-9]"
     run([str(photos)], job(out), jobs=0)
     assert len(rows(out)) == 3
-    assert [scene.photo for scene in Results.open(out).scenes()] == [row["photo"] for row in rows(out)]
+    results = Results.open(out)
+    assert [scene.photo for scene in results.scenes()] == [row["photo"] for row in rows(out)]
+    scene = next(results.scenes())
+    log = Log(out / FILE)
+    log.append(scene, "note", {"text": "x"}, "ada")
+    log.close()
+    assert results.touched() == {scene.photo}
 
 
 def test_tables_that_would_be_the_same_are_left_alone(tmp_path):

@@ -7,12 +7,12 @@ done again, which compares the files themselves and measures those that are anot
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from threading import Event, Thread
 from typing import Any
 
 from . import parts
+from .beside import Beside
 from .file_state import FileState
 from .folder import Folder, is_url, open_filesystem
 from .manifest import Manifest
@@ -22,7 +22,6 @@ from .photos import locate
 
 #: Looks at files that wait for a disk or a server at a time, and rows read at once.
 _THREADS, _ROWS_AT_ONCE = 16, 4096
-_SECONDS_TO_END = 2.0
 
 
 @dataclass(frozen=True)
@@ -38,7 +37,7 @@ class Found:
     example: str = ""
 
 
-class Changes:
+class Changes(Beside[Found]):
     """A thread that looks at the files of the measured photos, once the newcomers are known and `begin` was called.
 
     A million files take some seconds to look at, over a network minutes: meanwhile what is new is measured. is_mine:
@@ -46,22 +45,16 @@ class Changes:
     """
 
     def __init__(self, folder: Folder, newcomers: Newcomers, is_mine: Callable[[int], bool]) -> None:
-        self._stop, self._begun = Event(), Event()
         self._duck = attached(folder).cursor()  # a thread needs one of its own
-        self._found: Future[Found] = Future()
-        self._thread = Thread(target=self._run, args=(folder, newcomers, is_mine), daemon=True)
-        self._thread.start()
+        super().__init__(lambda: self._looked(folder, newcomers, is_mine))
 
-    def _run(self, folder: Folder, newcomers: Newcomers, is_mine: Callable[[int], bool]) -> None:
-        try:
-            self._begun.wait()
-            if self._stop.is_set():
-                return
-            manifest = newcomers.result()
-            there = [s for s in sorted(parts.finished(folder)) if s < manifest.n_shards and is_mine(s)]
-            self._found.set_result(self._look(folder, manifest, there))
-        except BaseException as error:
-            self._found.set_exception(error)
+    def _looked(self, folder: Folder, newcomers: Newcomers, is_mine: Callable[[int], bool]) -> Found:
+        self.gate.wait()
+        if self.stopped.is_set():
+            return Found()
+        manifest = newcomers.result()
+        there = [s for s in sorted(parts.finished(folder)) if s < manifest.n_shards and is_mine(s)]
+        return self._look(folder, manifest, there)
 
     def _look(self, folder: Folder, manifest: Manifest, shards: list[int]) -> Found:
         root = manifest.moved_to or manifest.root
@@ -90,27 +83,17 @@ class Changes:
             "regexp_extract(filename, 'part-(\\d+)[.]parquet$', 1)::INTEGER FROM read_parquet($paths, filename = true)",
             {"paths": [folder.path(parts.name_of(s)) for s in shards]},
         )
-        while not self._stop.is_set() and (found := rows.fetchmany(_ROWS_AT_ONCE)):
+        while not self.stopped.is_set() and (found := rows.fetchmany(_ROWS_AT_ONCE)):
             yield found
 
     def begin(self) -> None:
         """Let it look: what is to be measured anyhow has been begun with."""
-        self._begun.set()
-
-    def done(self) -> bool:
-        """Return whether `result` would not wait."""
-        return self._found.done()
+        self.gate.set()
 
     def result(self) -> Found:
         """Wait for what is found; raises what went wrong."""
         self.begin()
-        return self._found.result()
-
-    def close(self) -> None:
-        """End the thread, or leave it where it waits for a disk."""
-        self._stop.set()
-        self.begin()
-        self._thread.join(_SECONDS_TO_END)
+        return super().result()
 
 
 def _states(root: str) -> Callable[[str], FileState | None]:

@@ -5,14 +5,13 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Iterator, Sequence
-from concurrent.futures import Future
-from threading import Event, Thread
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import OutputError
+from .beside import Beside
 from .copies import Copies, Ends, Sizes, copies, ends_of, repeated, sha256_of, sizes_of
 from .file_state import FileState
 from .folder import Folder, is_url
@@ -24,12 +23,11 @@ from .photos import Listing, Search, locate
 MAX_SHARD, SHARDS_OF_A_SMALL_RUN = 256, 64
 #: Copies join the first of them in its shard, up to so many times its size.
 COPIES_A_SHARD = 3
-_SECONDS_TO_END = 2.0
 #: So many photos tell whether an archive is the one that was measured.
 _FILES_COMPARED = 8
 
 
-class Newcomers:
+class Newcomers(Beside[Manifest]):
     """A thread that lists the photos named and, once allowed, appends those that are new to the manifest.
 
     An archive of a million photos takes a while to walk, over a network minutes: meanwhile what is known already can
@@ -37,24 +35,14 @@ class Newcomers:
     """
 
     def __init__(self, folder: Folder, named: Search | Sequence[str], known: Manifest | None) -> None:
-        self._stop, self._allowed = Event(), Event()
         self._duck = attached(folder).cursor()  # a thread needs one of its own
-        self._found: Future[Manifest] = Future()
-        # A daemon: whoever ends the run does not wait for a disk far away.
-        self._thread = Thread(target=self._run, args=(folder, named, known), daemon=True)
-        self._thread.start()
-
-    def _run(self, folder: Folder, named: Search | Sequence[str], known: Manifest | None) -> None:
-        try:
-            self._found.set_result(self._completed(folder, named, known))
-        except BaseException as error:
-            self._found.set_exception(error)
+        super().__init__(lambda: self._completed(folder, named, known))
 
     def _completed(self, folder: Folder, named: Search | Sequence[str], known: Manifest | None) -> Manifest:
-        listing = named.listing(self._stop.is_set) if isinstance(named, Search) else named
+        listing = named.listing(self.stopped.is_set) if isinstance(named, Search) else named
         manifest, new = compared(folder, known, listing, self._duck)
-        self._allowed.wait()
-        while new and not self._stop.is_set():
+        self.gate.wait()
+        while new and not self.stopped.is_set():
             append(folder, manifest, new, self._duck)
             # Somebody else may have been first: then what they left is to be appended.
             known = read(folder, self._duck)
@@ -65,21 +53,7 @@ class Newcomers:
 
     def allow(self) -> None:
         """Let what is new be written: the run was found to be of the kind that is in the folder."""
-        self._allowed.set()
-
-    def done(self) -> bool:
-        """Return whether `result` would not wait."""
-        return self._found.done()
-
-    def result(self) -> Manifest:
-        """Wait for the manifest with everything in it; raises what went wrong."""
-        return self._found.result()
-
-    def close(self) -> None:
-        """End the thread, or leave it where it waits for a disk."""
-        self._stop.set()
-        self._allowed.set()
-        self._thread.join(_SECONDS_TO_END)
+        self.gate.set()
 
 
 def frozen(folder: Folder, listing: Listing | Sequence[str]) -> Manifest:

@@ -17,6 +17,8 @@ from .folder import Folder
 
 FOLDER = "scenes"
 _FORMAT = "FORMAT parquet, COMPRESSION zstd"
+# Rows of photos of some names or with some hashes.
+_OF_THESE = "(photo IN (SELECT unnest($names::VARCHAR[])) OR sha256 IN (SELECT unnest($files::VARCHAR[])))"
 
 
 @dataclass(frozen=True)
@@ -47,13 +49,13 @@ class Record:
 
 @dataclass(frozen=True)
 class Earlier:
-    """What a part says of a photo already. file: the state of the file that was measured, None where none was read."""
+    """What a part says of a photo already, its row."""
 
     fields: Mapping[str, Any]
 
     @property
     def file(self) -> FileState | None:
-        """The state of the file that was measured."""
+        """The state of the file that was measured, None where none was read."""
         size, modified_ns = self.fields["file_bytes"], self.fields["file_modified_ns"]
         return None if size is None else FileState(size, modified_ns)
 
@@ -193,13 +195,21 @@ def scenes(
     if photos is None and files is None:
         cursor.execute(f"SELECT scene FROM {every} ORDER BY photo")
     else:
-        cursor.execute(
-            f"SELECT scene FROM {every} WHERE photo IN (SELECT unnest($names::VARCHAR[])) OR "
-            "sha256 IN (SELECT unnest($files::VARCHAR[])) ORDER BY photo",
-            {"names": sorted(set(photos or ())), "files": sorted(set(files or ()))},
-        )
+        cursor.execute(f"SELECT scene FROM {every} WHERE {_OF_THESE} ORDER BY photo", _these(photos, files))
     while batch := cursor.fetchmany(64):
         yield from (Scene.from_json(text) for (text,) in batch)
+
+
+def photos_of(folder: Folder, photos: Iterable[str], files: Iterable[str]) -> set[str]:
+    """Return which photos there are of these names, or with these SHA-256."""
+    if not finished(folder):
+        return set()
+    found = attached(folder).execute(f"SELECT photo FROM {every_row(folder)} WHERE {_OF_THESE}", _these(photos, files))
+    return {photo for (photo,) in found.fetchall()}
+
+
+def _these(photos: Iterable[str] | None, files: Iterable[str] | None) -> dict[str, list[str]]:
+    return {"names": sorted(set(photos or ())), "files": sorted(set(files or ()))}
 
 
 def earlier(folder: Folder, shard: int) -> dict[str, Earlier]:

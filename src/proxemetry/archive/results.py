@@ -92,15 +92,9 @@ class Results:
         """Return the photos that somebody did something to by hand, be it taken back since."""
         with self._beside_log() as location:
             entries = entries_at(location)
-        names, files = {a.photo for a in entries}, {a.sha256 for a in entries} - {""}
-        if not entries or not parts.finished(self.folder):
+        if not entries:
             return set()
-        rows = attached(self.folder).execute(
-            f"SELECT photo FROM read_parquet({quoted(self.folder.path(parts.FOLDER))} || '/part-*.parquet') "
-            "WHERE photo IN (SELECT unnest($names::VARCHAR[])) OR sha256 IN (SELECT unnest($files::VARCHAR[]))",
-            {"names": sorted(names), "files": sorted(files)},
-        )
-        return {photo for (photo,) in rows.fetchall()}
+        return parts.photos_of(self.folder, {a.photo for a in entries}, {a.sha256 for a in entries} - {""})
 
     def corrections_of_no_photo(self) -> list[str]:
         """Return the photos that were corrected and whose file is not among those measured any more, by their names."""

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .projection import N_LOCAL, N_SHARED
-from .solver import Fit, Rows, SharedPrior, bounded, eliminated, evaluate_rows, solved
+from .solver import Fit, Rows, SharedPrior, beforehand, bounded, eliminated, evaluate_rows, solved
 
 FloatArray = NDArray[np.float64]
 
@@ -48,10 +48,9 @@ class Others:
 def others_of(fit: Fit, prior: SharedPrior) -> Others:
     """Return what everybody else says of the camera, for each of the fit's rows: Gaussian, about the fit."""
     _, own = eliminated(fit.normal)
-    rest = own.sum(axis=0) - own
-    precision = rest[..., :-1] + np.diag(fit.shared_precision)
-    pull = rest[..., -1] + fit.shared_precision * (prior.mean - fit.shared)
-    return Others(fit.shared + solved(precision, pull[..., None])[..., 0], precision)
+    rest = own.sum(axis=0) - own + beforehand(fit, prior)
+    precision = rest[..., :-1]
+    return Others(fit.shared + solved(precision, rest[..., -1:])[..., 0], precision)
 
 
 def explained(fit: Fit, others: Others) -> Explanations:

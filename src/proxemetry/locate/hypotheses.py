@@ -176,7 +176,7 @@ def _priors(
     diagonal[:, TURN] = _TURN_SD**-2
     mean[:, POSTURE], diagonal[:, POSTURE] = model.prior_mean[guesses.posture], model.prior_sd[guesses.posture] ** -2
     precision = diagonal[:, :, None] * np.eye(N_LOCAL)
-    mean[:, LOG_LENGTHS] = [body.mean for body in types_of]
+    mean[:, LOG_LENGTHS] = guesses.mean
     precision[:, LOG_LENGTHS, LOG_LENGTHS] = [body.precision for body in types_of]
     volume = np.array([body.log_volume for body in types_of]) + np.log(diagonal[:, POSTURE]).sum(axis=1)
     return mean, precision, volume

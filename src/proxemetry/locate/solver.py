@@ -148,7 +148,7 @@ def _stepped(fit: Fit, local_step: FloatArray, shared_step: FloatArray, prior: S
 
 def approach(
     rows: Rows, local: FloatArray, shared: FloatArray, prior: SharedPrior,
-    leading: NDArray[np.intp] | slice = slice(None),
+    leading: NDArray[np.intp],
 ) -> Fit:  # fmt: skip
     """Return the fit one step nearer to an explanation, in which only the leading rows move the camera."""
     fit = evaluate(rows, local, shared, prior)
@@ -199,11 +199,15 @@ def _step(
     """Return the step of local (R, N_LOCAL) and shared unknowns (N_SHARED,); the leading rows alone tell the latter."""
     answer, reduced = eliminated(fit.normal)
     # what the shared unknowns see once every row has answered
-    equations = reduced[leading].sum(axis=0)
-    equations[:, :-1] += np.diag(fit.shared_precision)
-    equations[:, -1] += fit.shared_precision * (prior.mean - fit.shared)
+    equations = reduced[leading].sum(axis=0) + beforehand(fit, prior)
     shared_step = solved(equations[:, :-1], equations[:, -1])
     return answer[..., -1] - answer[..., :-1] @ shared_step, shared_step
+
+
+def beforehand(fit: Fit, prior: SharedPrior) -> FloatArray:
+    """Return what is known of the shared unknowns without anybody, hessian and gradient (N_SHARED, N_SHARED + 1)."""
+    pull = fit.shared_precision * (prior.mean - fit.shared)
+    return np.column_stack([np.diag(fit.shared_precision), pull])
 
 
 def eliminated(normal: FloatArray) -> tuple[FloatArray, FloatArray]:
