@@ -1,4 +1,4 @@
-"""Make the guide's pictures with the program itself: `python docs/screenshots.py` writes docs/images/*.webp.
+"""Make the guide's pictures with the program itself: `python -m docs.screenshots` writes docs/images/*.webp.
 
 The photos are the drawn example and parts of it, so nobody real is shown. Needs Playwright and Chromium (CHROMIUM names
 another one than /usr/bin/chromium).
@@ -14,18 +14,16 @@ from typing import Any
 from PIL import Image, ImageOps
 from playwright.sync_api import Page, sync_playwright
 
+from proxemetry.cli import main as proxemetry
+from proxemetry.people import People
+from proxemetry.people.skeleton import COCO_17
+from proxemetry.report import write_report
+from proxemetry.web.session import Review
+from proxemetry.web.stores import DropStore, FolderStore
+from synthetic.reviewing import served
+
 ROOT = Path(__file__).resolve().parent.parent
 IMAGES = ROOT / "docs" / "images"
-sys.path.insert(0, str(ROOT / "tests"))
-
-from reviewing import served  # noqa: E402
-
-from proxemetry.cli import main as proxemetry  # noqa: E402
-from proxemetry.people import People  # noqa: E402
-from proxemetry.report import write_report  # noqa: E402
-from proxemetry.skeleton import COCO_17  # noqa: E402
-from proxemetry.web.session import Review  # noqa: E402
-from proxemetry.web.stores import DropStore, FolderStore  # noqa: E402
 
 #: Photo -> the part of the example (x0, y0, x1, y1; None for all of it), and whether it is mirrored.
 PARTS: dict[str, tuple[tuple[int, int, int, int] | None, bool]] = {

@@ -16,7 +16,7 @@ import numpy as np
 from PIL import Image
 
 from proxemetry.camera import Camera
-from proxemetry.skeleton import COCO_17
+from proxemetry.people.skeleton import COCO_17
 
 HERE = Path(__file__).parent
 WIDTH, HEIGHT = 1600, 1068

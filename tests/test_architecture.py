@@ -13,19 +13,13 @@ SOURCE = Path(proxemetry.__file__).parent
 
 #: A module imports only from those above it. Names in one row stand side by side.
 LAYERS = (
-    ("errors",),
-    ("packets",),
-    ("metadata",),
-    ("formats",),
+    ("errors", "version", "assignment"),
     ("photo",),
-    ("camera",),
-    ("frame", "lens", "camera_table"),
-    ("focal",),
-    ("skeleton",),
     ("people",),
+    ("camera",),
     ("weights",),
     ("pose",),
-    ("anthropometry", "keypoint_noise"),
+    ("anthropometry",),
     ("bodies",),
     ("locate",),
     ("distances",),
@@ -35,7 +29,7 @@ LAYERS = (
     ("plots",),
     ("benchmark",),
     ("archive",),
-    ("trial",),
+    ("evaluate",),
     ("report",),
     ("web",),
     ("cli",),
@@ -43,7 +37,7 @@ LAYERS = (
 LEVEL = {name: level for level, names in enumerate(LAYERS) for name in names}
 
 #: What scores predictions may know of the rest: never a model, never a photo.
-BENCHMARK_MAY_IMPORT = {"errors", "skeleton", "scene", "distances", "people", "bodies", "camera"}
+BENCHMARK_MAY_IMPORT = {"errors", "assignment", "scene", "distances", "people", "bodies", "camera"}
 
 HEAVY = (
     "ai_edge_litert", "onnxruntime", "openvino", "cv2", "matplotlib", "duckdb", "starlette", "uvicorn", "ray", "fsspec",

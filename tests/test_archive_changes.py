@@ -9,25 +9,27 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-import small_photos
-from small_photos import write_photo, write_photos
 
-from proxemetry.archive import manifest, newcomers, overlays, parts
-from proxemetry.archive.corrections import FILE, Log
-from proxemetry.archive.file_state import FileState
-from proxemetry.archive.folder import Folder, overlay_name
-from proxemetry.archive.results import Results
-from proxemetry.archive.run import run
-from proxemetry.archive.work import Job
-from proxemetry.camera_table import CameraTable
+from proxemetry.archive.figures import overlays
+from proxemetry.archive.review.corrections import FILE, Log
+from proxemetry.archive.run import manifest_update as newcomers
+from proxemetry.archive.run.run import run
+from proxemetry.archive.run.work import Job
+from proxemetry.archive.store import manifest, parts
+from proxemetry.archive.store.file_state import FileState
+from proxemetry.archive.store.folder import Folder, overlay_name
+from proxemetry.archive.store.results import Results
+from proxemetry.camera.focal import FocalRequest
+from proxemetry.camera.table import CameraTable
 from proxemetry.cli import main
 from proxemetry.errors import OutputError
-from proxemetry.focal import FocalRequest
 from proxemetry.measure import Settings
+from synthetic import small_photos
+from synthetic.small_photos import write_photo, write_photos
 
 
 def job(out):
-    return Job(str(out), "python:small_photos:counted")
+    return Job(str(out), "python:synthetic.small_photos:counted")
 
 
 def rows(out, name="photos"):

@@ -14,18 +14,18 @@ from collections import Counter
 from pathlib import Path
 
 import pytest
-from small_photos import write_photos
 
 import proxemetry
-from proxemetry.archive.corrections import FILE, Log
-from proxemetry.archive.results import Results
-from proxemetry.archive.run import run
-from proxemetry.archive.work import Job
+from proxemetry.archive.review.corrections import FILE, Log
+from proxemetry.archive.run.run import run
+from proxemetry.archive.run.work import Job
+from proxemetry.archive.store.results import Results
 from proxemetry.errors import SettingsError
+from synthetic.small_photos import write_photos
 
-HERE = str(Path(__file__).parent)
+HERE = str(Path(__file__).parents[1])
 SOURCE = str(Path(proxemetry.__file__).parents[1])
-TWO_PEOPLE = "python:small_photos:two_people"
+TWO_PEOPLE = "python:synthetic.small_photos:two_people"
 
 
 def put(filesystem, folder, photos):

@@ -5,23 +5,28 @@ import json
 from pathlib import Path
 
 import pytest
-from small_photos import write_photos
 
-from proxemetry.archive import export
-from proxemetry.archive.corrections import FILE, Log
-from proxemetry.archive.results import Results
-from proxemetry.archive.run import run
-from proxemetry.archive.work import Job
+from proxemetry.archive.figures import export
+from proxemetry.archive.review.corrections import FILE, Log
+from proxemetry.archive.run.run import run
+from proxemetry.archive.run.work import Job
+from proxemetry.archive.store.results import Results
 from proxemetry.cli import main
 from proxemetry.scene import Scene
 from proxemetry.tables import TABLES, all_columns, codebook_markdown, rows, safe_distance_columns
+from synthetic.small_photos import write_photos
 
 
 @pytest.fixture
 def results(tmp_path):
     photos = write_photos(tmp_path / "photos", 3)
     (photos / "text.jpg").write_text("not a photo")
-    run([str(photos)], Job(str(tmp_path / "out"), "python:small_photos:two_people"), jobs=0, safe_distance_m=2.0)
+    run(
+        [str(photos)],
+        Job(str(tmp_path / "out"), "python:synthetic.small_photos:two_people"),
+        jobs=0,
+        safe_distance_m=2.0,
+    )
     return Results.open(tmp_path / "out")
 
 
@@ -49,7 +54,7 @@ def test_long_tables_come_in_several_spss_files_that_join(tmp_path, monkeypatch,
     pyreadstat = pytest.importorskip("pyreadstat")
     pandas = pytest.importorskip("pandas")
     photos, out = write_photos(tmp_path / "photos", 2), tmp_path / "out"
-    run([str(photos)], Job(str(out), "python:small_photos:a_crowd"), jobs=0)
+    run([str(photos)], Job(str(out), "python:synthetic.small_photos:a_crowd"), jobs=0)
     assert main(["export", str(out), "--format", "spss"]) == 0
     (whole, _), before = pyreadstat.read_sav(out / "pairs.sav"), (out / "pairs.sav").read_bytes()
     monkeypatch.setattr(export, "_VECTORS_A_FILE", 1)
@@ -123,7 +128,7 @@ def test_corrections_are_in_the_tables_after_every_rerun(results, tmp_path):
     log = Log(Path(results.folder.location) / FILE)
     log.append(scene, "set_camera", {"focal_px": 100.0}, "ann")
     log.close()
-    job = Job(results.folder.location, "python:small_photos:two_people")
+    job = Job(results.folder.location, "python:synthetic.small_photos:two_people")
     before = table(results, "pairs")
     run([str(tmp_path / "photos")], job, jobs=0)
     after = table(results, "pairs")

@@ -22,30 +22,32 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from small_photos import write_photo, write_photos
 
 import proxemetry
-from proxemetry.archive import manifest, newcomers, parts, pool
-from proxemetry.archive.copies import copies, repeated
-from proxemetry.archive.corrections import FILE, Log
-from proxemetry.archive.crew import require_same_networks
-from proxemetry.archive.folder import Folder
-from proxemetry.archive.results import Results
-from proxemetry.archive.run import run
-from proxemetry.archive.work import Job
-from proxemetry.camera_table import CameraTable
+from proxemetry.archive.review.corrections import FILE, Log
+from proxemetry.archive.run import manifest_update as newcomers
+from proxemetry.archive.run import pool
+from proxemetry.archive.run.duplicates import copies, repeated
+from proxemetry.archive.run.run import run
+from proxemetry.archive.run.work import Job
+from proxemetry.archive.run.workers import require_same_networks
+from proxemetry.archive.store import manifest, parts
+from proxemetry.archive.store.folder import Folder
+from proxemetry.archive.store.results import Results
+from proxemetry.camera.focal import FocalRequest
+from proxemetry.camera.table import CameraTable
 from proxemetry.errors import ModelError, OutputError, SettingsError
-from proxemetry.focal import FocalRequest
 from proxemetry.measure import Settings
 from proxemetry.pose import PoseOptions
+from synthetic.small_photos import write_photo, write_photos
 
-HERE = str(Path(__file__).parent)
+HERE = str(Path(__file__).parents[1])
 SOURCE = str(Path(proxemetry.__file__).parents[1])
-TWO_PEOPLE = "python:small_photos:two_people"
+TWO_PEOPLE = "python:synthetic.small_photos:two_people"
 
 
 def job(out, detector="two_people"):
-    return Job(str(out), f"python:small_photos:{detector}")
+    return Job(str(out), f"python:synthetic.small_photos:{detector}")
 
 
 def rows(out, name="photos"):
@@ -139,7 +141,7 @@ def test_a_file_is_measured_once_and_reported_for_each_path(tmp_path):
         (photos / name).parent.mkdir(exist_ok=True)
         shutil.copy(original, photos / name)
     run([str(photos)], job(tmp_path / "out", "counted"), jobs=0)
-    import small_photos
+    from synthetic import small_photos
 
     assert small_photos.COUNT["calls"] == 4
     found = {r["photo"]: r for r in rows(tmp_path / "out")}
@@ -151,7 +153,7 @@ def test_a_file_is_measured_once_and_reported_for_each_path(tmp_path):
 
 
 def test_copies_that_came_later_are_not_measured_again(tmp_path):
-    import small_photos
+    from synthetic import small_photos
 
     photos = write_photos(tmp_path / "photos", 4)
     run([str(photos)], job(tmp_path / "out", "counted"), jobs=0)
@@ -170,7 +172,7 @@ def test_copies_that_came_later_are_not_measured_again(tmp_path):
 
 def test_copies_wait_for_the_shard_that_has_their_original(tmp_path):
     # The original's part is lost: it is measured first, by whichever worker, and its copy taken from there.
-    import small_photos
+    from synthetic import small_photos
 
     photos = write_photos(tmp_path / "photos", 1)
     run([str(photos)], job(tmp_path / "out", "counted"), jobs=0)
@@ -395,7 +397,7 @@ def test_interrupted_it_ends_cleanly_and_goes_on(tmp_path):
 
 @pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="finds workers through /proc")
 def test_killed_at_random_nothing_is_lost_or_doubled(tmp_path):
-    """Each round loses a worker, then the command, alone or with its workers. The long form is benchmarks/kills.py."""
+    """Each round loses a worker, then the command, alone or with its workers. Long: benchmarks/robustness/kills.py."""
     photos, out = write_photos(tmp_path / "photos", 200), tmp_path / "out"
     chance = random.Random(20260101)
     for round_ in range(3):

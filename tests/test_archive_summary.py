@@ -10,17 +10,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.special import stdtrit
-from small_photos import write_photos
 
-from proxemetry.archive.corrections import FILE, Log
-from proxemetry.archive.results import Results
-from proxemetry.archive.run import run
-from proxemetry.archive.sampling import Sample, _student
-from proxemetry.archive.summary import Summary, _groups, summarise
-from proxemetry.archive.work import Job
+from proxemetry.archive.figures.sampling import Sample, _student
+from proxemetry.archive.figures.summary import Summary, _groups, summarise
+from proxemetry.archive.review.corrections import FILE, Log
+from proxemetry.archive.run.run import run
+from proxemetry.archive.run.work import Job
+from proxemetry.archive.store.results import Results
 from proxemetry.cli import main
 from proxemetry.distances import ZONES, zone_of
 from proxemetry.errors import OutputError, SettingsError
+from synthetic.small_photos import write_photos
 
 
 def results_of(folder, photos, pairs):
@@ -90,7 +90,7 @@ def test_photos_that_a_reviewer_excluded_do_not_count(tmp_path):
 def test_pairs_find_their_photos_by_place_as_by_name(tmp_path, monkeypatch):
     photos = write_photos(tmp_path / "photos", 7)
     (photos / "02 text.jpg").write_text("not a photo")
-    job = Job(str(tmp_path / "out"), "python:small_photos:two_people")
+    job = Job(str(tmp_path / "out"), "python:synthetic.small_photos:two_people")
     run([str(photos)], job, jobs=0)
     results = Results.open(tmp_path / "out")
     log = Log(tmp_path / "out" / FILE)
@@ -212,7 +212,7 @@ def test_the_command_prints_writes_and_draws(small, tmp_path, capsys):
 
 
 def test_figures_where_a_file_is_are_refused_in_one_line(tmp_path):
-    from proxemetry.archive.summary_figures import draw
+    from proxemetry.archive.figures.charts import draw
 
     (tmp_path / "file").write_text("")
     with pytest.raises(OutputError, match="figures cannot be written there"):

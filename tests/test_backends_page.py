@@ -5,8 +5,8 @@ from pathlib import Path
 
 from proxemetry.measure import measure
 from proxemetry.pose import BACKENDS
+from proxemetry.pose.onnx.specification import READY, read_specification
 from proxemetry.pose.recorded import Recorded
-from proxemetry.pose.specification import READY, read_specification
 
 DOCS = Path(__file__).parents[1] / "docs"
 PAGE = (DOCS / "backends.md").read_text(encoding="utf-8")

@@ -4,22 +4,17 @@ from __future__ import annotations
 
 import json
 import re
-import sys
 from pathlib import Path
 
 import pytest
 
-sys.path.insert(0, str(Path(__file__).parent.parent / "benchmarks"))
-
-import compare_methods
-import korte_tables
-import score_speed
-from synthetic_files import write
-from synthetic_scenes import Recipe, layouts_from_labels, scenes
-
+from benchmarks.accuracy import compare_methods, korte_tables
+from benchmarks.speed import score_speed
 from proxemetry.benchmark import load_errata, read_predictions
 from proxemetry.benchmark.tables import TABLES
 from proxemetry.cli.benchmark import HOW
+from synthetic.files import write
+from synthetic.scenes import Recipe, layouts_from_labels, scenes
 
 ROOT = Path(__file__).parent.parent
 PAGE = (ROOT / "docs" / "benchmark.md").read_text(encoding="utf-8")

@@ -14,7 +14,7 @@ from proxemetry.camera import Camera, CameraEstimate
 from proxemetry.errors import LabelsError
 from proxemetry.measure import Settings, place
 from proxemetry.people import People
-from proxemetry.skeleton import BODY_25
+from proxemetry.people.skeleton import BODY_25
 from proxemetry.tables import TABLES, rows
 
 Row = dict[str, object]

@@ -3,26 +3,22 @@
 from __future__ import annotations
 
 import json
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 from PIL import Image
 
-sys.path.insert(0, str(Path(__file__).parent.parent / "benchmarks"))
-
-from synthetic_detections import EXACT
-from synthetic_files import write
-from synthetic_scenes import Recipe, scenes
-
 from proxemetry.benchmark import score_files
 from proxemetry.cli import main
+from synthetic.detections import EXACT
+from synthetic.files import write
+from synthetic.scenes import Recipe, scenes
 
 DETECTOR = """
 import json, pathlib
 from proxemetry.people import People
-from proxemetry.skeleton import COCO_17
+from proxemetry.people.skeleton import COCO_17
 
 SEEN = json.loads((pathlib.Path(__file__).parent / "seen.json").read_text())
 

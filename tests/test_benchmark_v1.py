@@ -15,12 +15,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from proxemetry.assignment import assign
 from proxemetry.benchmark import Labels, Prediction, Predictions, read_labels, read_predictions, score, score_files
-from proxemetry.benchmark.assignment import assign
 from proxemetry.benchmark.bootstrap import median_interval, ratio_intervals
 from proxemetry.benchmark.v1 import person_sizes_px
 from proxemetry.errors import LabelsError, SettingsError
-from proxemetry.skeleton import PARTS
+from proxemetry.people.skeleton import PARTS
 
 KORTE = Path(__file__).parent.parent.parent / "shared" / "data" / "korte"
 needs_korte = pytest.mark.skipif(not KORTE.exists(), reason="the labels of the KORTE benchmark are not here")

@@ -11,10 +11,10 @@ import pytest
 
 from proxemetry.errors import KeypointsError, SettingsError
 from proxemetry.people import People
+from proxemetry.people.skeleton import BODY_25, COCO_17, HALPE_26
 from proxemetry.photo import Photo
 from proxemetry.pose import backend_named
 from proxemetry.pose.callables import CallableBackend, people_from
-from proxemetry.skeleton import BODY_25, COCO_17, HALPE_26
 
 XY = np.arange(2 * 17 * 2, dtype=float).reshape(2, 17, 2) + 1
 SCORES = np.full((2, 17), 0.5)

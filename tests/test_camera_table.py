@@ -6,11 +6,11 @@ from pathlib import Path
 
 import pytest
 
-from proxemetry.camera_table import CameraTable
+from proxemetry.camera.focal import FocalRequest, estimate_camera
+from proxemetry.camera.table import CameraTable
 from proxemetry.errors import CameraError, SettingsError
-from proxemetry.focal import FocalRequest, estimate_camera
-from proxemetry.metadata import Metadata
 from proxemetry.photo import Photo
+from proxemetry.photo.metadata import Metadata
 
 HEADER = "photo,make,model,focal_mm,focal_35mm,sensor_width_mm,sensor_height_mm,focal_px,focal_y_px,cx_px,cy_px,k1"
 

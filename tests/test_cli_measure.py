@@ -8,14 +8,14 @@ import sys
 from pathlib import Path
 
 import pytest
-from small_photos import write_photo, write_photos
 
 import proxemetry
 from proxemetry.cli import main
 from proxemetry.distances import UNCERTAIN, ZONES
 from proxemetry.tables import TABLES
+from synthetic.small_photos import write_photo, write_photos
 
-FAKE = ["--pose", "python:small_photos:two_people", "--jobs", "0"]
+FAKE = ["--pose", "python:synthetic.small_photos:two_people", "--jobs", "0"]
 
 
 @pytest.fixture
@@ -53,7 +53,7 @@ def test_every_photo_and_pair_has_its_row(measure, tmp_path):
     assert "photos   5: 5 measured" in out
     assert f"{below} nearer than 2 m" in out
     run = json.loads((tmp_path / "out" / "run.json").read_text())
-    assert run["pose"] == "python:small_photos:two_people"
+    assert run["pose"] == "python:synthetic.small_photos:two_people"
     assert run["settings"]["method"]
 
 
@@ -107,7 +107,7 @@ def test_assumed_focal_lengths_are_counted(measure, tmp_path):
 
 def test_a_bug_in_one_photo_is_a_row_and_shows_its_traceback(measure, tmp_path):
     write_photos(tmp_path / "photos", 9)
-    arguments = ["--pose", "python:small_photos:broken_at_seven", "--jobs", "0"]
+    arguments = ["--pose", "python:synthetic.small_photos:broken_at_seven", "--jobs", "0"]
     code, _, err = measure(tmp_path / "photos", *arguments, fake=False)
     assert code == 1
     bad = [row for row in table(tmp_path / "out", "photos") if row["status"] == "failed"]
@@ -221,7 +221,7 @@ def test_overlays_lie_beside_the_tables(measure, tmp_path):
 
 def test_the_command_as_it_is_typed(tmp_path):
     write_photos(tmp_path / "photos", 3)
-    here = str(Path(__file__).parent)
+    here = str(Path(__file__).parents[1])
     path = os.pathsep.join([here, str(Path(proxemetry.__file__).parents[1])])
     done = subprocess.run(
         [sys.executable, "-m", "proxemetry", "measure", "photos", "--out", "out", *FAKE[:2], "--jobs", "2"],

@@ -5,15 +5,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from drawn import people_at
 
 from proxemetry.bodies import Floor
 from proxemetry.camera import Camera
 from proxemetry.distances import LEVEL, ZONE_LIMITS_M, Distances, ground_frame
 from proxemetry.measure import Settings, place
 from proxemetry.people import People
+from proxemetry.people.skeleton import COCO_17
 from proxemetry.photo import Photo
-from proxemetry.skeleton import COCO_17
+from synthetic.drawn import people_at
 
 DOCUMENT = Path(__file__).parents[1] / "docs" / "conventions.md"
 CAMERA = Camera.centred(1000, 1000, 800)

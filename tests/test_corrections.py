@@ -8,17 +8,17 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from drawn import people_at
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from proxemetry.archive.corrections import FILE, Action, FileKey, Log, apply, corrected_scenes, in_force
-from proxemetry.archive.index import summary_of
+from proxemetry.archive.review.corrections import FILE, Action, FileKey, Log, apply, corrected_scenes, in_force
+from proxemetry.archive.store.index import summary_of
 from proxemetry.camera import Camera, CameraEstimate
 from proxemetry.errors import OutputError, SettingsError
 from proxemetry.measure import Settings, place
 from proxemetry.scene import Scene
 from proxemetry.tables import rows
+from synthetic.drawn import people_at
 
 CAMERA = Camera.centred(1000, 1200, 800, source="test")
 PLACES_M = [(-1.5, 0.0, 5.0), (0.0, 0.0, 5.0), (2.0, 0.0, 5.0)]

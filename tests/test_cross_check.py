@@ -6,16 +6,16 @@ from types import MappingProxyType
 
 import numpy as np
 import pytest
-from field_maps import standing
 from hypothesis import given
 from hypothesis import strategies as st
 
 from proxemetry.errors import SettingsError
 from proxemetry.people import People
+from proxemetry.people.skeleton import BODY_25, COCO_17, KORTE_PARTS, Skeleton
 from proxemetry.photo import Photo
 from proxemetry.pose import backend_named
 from proxemetry.pose.cross_check import CrossChecked, confirmed_by_boxes, confirmed_by_people
-from proxemetry.skeleton import BODY_25, COCO_17, KORTE_PARTS, Skeleton
+from synthetic.field_maps import standing
 
 PLACES = [(100, 20), (400, 40), (650, 30)]
 

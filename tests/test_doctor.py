@@ -7,9 +7,9 @@ import sys
 from pathlib import Path
 
 import pytest
-from camera_files import FOCAL, FOCAL_35, MAKE, MODEL, PLANE_UNIT, PLANE_X, write
 
 from proxemetry.cli import main
+from synthetic.camera_files import FOCAL, FOCAL_35, MAKE, MODEL, PLANE_UNIT, PLANE_X, write
 
 
 @pytest.fixture

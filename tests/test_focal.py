@@ -7,7 +7,18 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from camera_files import (
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from PIL import Image
+from test_photo_metadata import xmp_of
+
+from proxemetry.camera import Camera
+from proxemetry.camera.focal import FocalRequest, estimate_camera
+from proxemetry.camera.frame import frame_of
+from proxemetry.errors import SettingsError
+from proxemetry.photo import Photo
+from proxemetry.photo.metadata import Crop, Metadata
+from synthetic.camera_files import (
     F_NUMBER,
     FOCAL,
     FOCAL_35,
@@ -22,17 +33,6 @@ from camera_files import (
     ZOOM,
     write,
 )  # fmt: skip
-from hypothesis import given, settings
-from hypothesis import strategies as st
-from PIL import Image
-from test_photo_metadata import xmp_of
-
-from proxemetry.camera import Camera
-from proxemetry.errors import SettingsError
-from proxemetry.focal import FocalRequest, estimate_camera
-from proxemetry.frame import frame_of
-from proxemetry.metadata import Crop, Metadata
-from proxemetry.photo import Photo
 
 DIAGONAL = math.hypot(36, 24)
 #: A 36 mm wide sensor of 6000 pixels, in pixels per inch.

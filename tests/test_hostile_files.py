@@ -12,8 +12,9 @@ from collections.abc import Iterator
 
 import numpy as np
 import pytest
-from camera_files import FOCAL, FOCAL_35, MAKE, exif_of, gradient
 from PIL import Image
+
+from synthetic.camera_files import FOCAL, FOCAL_35, MAKE, exif_of, gradient
 
 COUNT = 300
 MEMORY_LIMIT_MB = 1000
@@ -24,7 +25,7 @@ READER = """
 import json, resource, sys
 from pathlib import Path
 from proxemetry.errors import PhotoError
-from proxemetry.focal import FocalRequest, estimate_camera
+from proxemetry.camera.focal import FocalRequest, estimate_camera
 from proxemetry.photo import Photo
 rows = {}
 for path in sorted(Path(sys.argv[1]).iterdir()):

@@ -5,9 +5,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from proxemetry.keypoint_noise import NoiseLaw, apparent_stature_px, law_of, laws, people_sd_px, sd_px
 from proxemetry.people import People
-from proxemetry.skeleton import COCO_17, SKELETONS
+from proxemetry.people.keypoint_noise import NoiseLaw, apparent_stature_px, law_of, laws, people_sd_px, sd_px
+from proxemetry.people.skeleton import COCO_17, SKELETONS
 
 SCORES = st.floats(0.01, 1.0)
 SIZES = st.floats(10, 5000)

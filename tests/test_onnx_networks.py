@@ -7,18 +7,19 @@ from typing import Any
 
 import numpy as np
 import pytest
-from network_files import constant_network, dots, joints_network, yolox_detector
 from PIL import Image
 
 from proxemetry.cli import main
 from proxemetry.errors import ModelError, SettingsError
 from proxemetry.photo import Photo, RGBArray
-from proxemetry.pose import PoseOptions, backend_named, looking
+from proxemetry.pose import PoseOptions, backend_named
 from proxemetry.pose.detections import Detections
-from proxemetry.pose.letterbox import Placement, Region, letterbox
-from proxemetry.pose.network import Network
-from proxemetry.pose.onnx_backend import OnnxBackend
-from proxemetry.pose.specification import READY, read_specification
+from proxemetry.pose.onnx import tiled_detector as looking
+from proxemetry.pose.onnx.backend import OnnxBackend
+from proxemetry.pose.onnx.letterbox import Placement, Region, letterbox
+from proxemetry.pose.onnx.network import Network
+from proxemetry.pose.onnx.specification import READY, read_specification
+from synthetic.network_files import constant_network, dots, joints_network, yolox_detector
 
 ort = pytest.importorskip("onnxruntime")
 

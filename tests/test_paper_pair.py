@@ -7,22 +7,22 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from field_maps import maps_of, standing
 from hypothesis import given
 from hypothesis import strategies as st
-from network_files import field, varint
 
 from proxemetry.errors import ModelError
 from proxemetry.people import People
+from proxemetry.people.skeleton import BODY_25
 from proxemetry.photo import Photo
 from proxemetry.pose import backend_named
-from proxemetry.pose.body25 import CHANNELS, JOINTS, LIMBS, decode, peaks_of
-from proxemetry.pose.box_groups import grouped, grouped_as_published
 from proxemetry.pose.detections import Detections, overlaps
-from proxemetry.pose.opencv_network import DarknetDetector, OpenCvNetwork
-from proxemetry.pose.openpose_body25 import Body25, net_scale, net_size
-from proxemetry.pose.yolov4_openpose import PublishedBehaviour, YoloOpenPose
-from proxemetry.skeleton import BODY_25
+from proxemetry.pose.paper.body25 import CHANNELS, JOINTS, LIMBS, decode, peaks_of
+from proxemetry.pose.paper.box_groups import grouped, grouped_as_published
+from proxemetry.pose.paper.opencv_network import DarknetDetector, OpenCvNetwork
+from proxemetry.pose.paper.openpose_body25 import Body25, net_scale, net_size
+from proxemetry.pose.paper.yolov4_openpose import PublishedBehaviour, YoloOpenPose
+from synthetic.field_maps import maps_of, standing
+from synthetic.network_files import field, varint
 
 SHARED = Path(__file__).resolve().parents[2] / "shared"
 MODELS, PHOTOS = SHARED / "models", SHARED / "data" / "photos"

@@ -2,14 +2,14 @@
 
 import numpy as np
 import pytest
-from drawn import people_at
 from hypothesis import given
 from hypothesis import strategies as st
 
 from proxemetry.camera import Camera
 from proxemetry.errors import KeypointsError, SettingsError
 from proxemetry.people import People
-from proxemetry.skeleton import BODY_25, COCO_17, HALPE_26, SKELETONS, skeleton_named
+from proxemetry.people.skeleton import BODY_25, COCO_17, HALPE_26, SKELETONS, skeleton_named
+from synthetic.drawn import people_at
 
 CAMERA = Camera.centred(1000, 1200, 900)
 

@@ -9,11 +9,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from camera_files import ORIENTATION, exif_of, gradient
 from PIL import Image, ImageOps
 
 from proxemetry.errors import PhotoError
 from proxemetry.photo import Photo
+from synthetic.camera_files import ORIENTATION, exif_of, gradient
 
 FORMATS = {"jpg": {"quality": 95, "subsampling": 0}, "png": {}, "tif": {}, "webp": {"lossless": True}}
 TURNS = (1, 2, 3, 4, 5, 6, 7, 8)

@@ -9,7 +9,11 @@ import subprocess
 from pathlib import Path
 
 import pytest
-from camera_files import (
+from PIL import Image
+
+from proxemetry.photo import Photo
+from proxemetry.photo.metadata import Metadata
+from synthetic.camera_files import (
     F_NUMBER,
     FOCAL,
     FOCAL_35,
@@ -25,10 +29,6 @@ from camera_files import (
     exif_of,
     write,
 )
-from PIL import Image
-
-from proxemetry.metadata import Metadata
-from proxemetry.photo import Photo
 
 TAGS = {
     MAKE: "Canon", MODEL: "Canon EOS 6D", LENS: "EF16-35mm f/4L IS USM", FOCAL: (165, 10), FOCAL_35: 17,

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from drawn import people_at
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -10,7 +9,8 @@ from proxemetry.camera import Camera
 from proxemetry.errors import SettingsError
 from proxemetry.locate import LocateSettings, method_named
 from proxemetry.people import People
-from proxemetry.skeleton import BODY_25, COCO_17, HALPE_26
+from proxemetry.people.skeleton import BODY_25, COCO_17, HALPE_26
+from synthetic.drawn import people_at
 
 CAMERA = Camera.centred(1200, 1600, 1200, focal_rel_sd=0.03)
 PLAIN = LocateSettings()

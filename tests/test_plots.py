@@ -20,6 +20,7 @@ from proxemetry.distances import measure_distances
 from proxemetry.errors import OutputError, SettingsError
 from proxemetry.measure import Settings, place
 from proxemetry.people import People
+from proxemetry.people.skeleton import COCO_17
 from proxemetry.photo import Photo
 from proxemetry.plots.choice import PERSON_COLOURS, footnote, metres_text, pairs_shown, text_on
 from proxemetry.plots.faces import heads_px, pixelated
@@ -28,7 +29,6 @@ from proxemetry.plots.lettering import draw_badges, to_points
 from proxemetry.plots.placement import along
 from proxemetry.plots.placement import place as place_labels
 from proxemetry.scene import Scene
-from proxemetry.skeleton import COCO_17
 
 #: A standing person, facing the camera, metres above the feet's middle (x right, y down): one row a COCO joint.
 STANDING_M = np.array([

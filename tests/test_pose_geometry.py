@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from proxemetry.errors import ModelError
 from proxemetry.people import People
+from proxemetry.people.skeleton import COCO_17
 from proxemetry.pose.detections import (
     Detections,
     decode_ultralytics,
@@ -20,11 +21,10 @@ from proxemetry.pose.detections import (
     suppressed,
     uncut,
 )
-from proxemetry.pose.duplicates import distinct, similarity
-from proxemetry.pose.heads import _smoothed_around, decode_heatmaps_msra, decode_heatmaps_udp, decode_simcc
-from proxemetry.pose.letterbox import _shrunk, crop, letterbox, person_region, tiles, tiles_around
-from proxemetry.pose.one_stage import decode_rtmo, decode_ultralytics_pose
-from proxemetry.skeleton import COCO_17
+from proxemetry.pose.onnx.duplicates import distinct, similarity
+from proxemetry.pose.onnx.letterbox import _shrunk, crop, letterbox, person_region, tiles, tiles_around
+from proxemetry.pose.onnx.one_stage import decode_rtmo, decode_ultralytics_pose
+from proxemetry.pose.onnx.pose_decoders import _smoothed_around, decode_heatmaps_msra, decode_heatmaps_udp, decode_simcc
 
 SIDES = st.integers(1, 3000)
 POINTS = st.tuples(st.floats(-100, 4000), st.floats(-100, 4000))

@@ -10,14 +10,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from proxemetry.camera.focal import FocalRequest
 from proxemetry.errors import KeypointsError, PhotoError, SettingsError
-from proxemetry.focal import FocalRequest
 from proxemetry.measure import measure
+from proxemetry.people.skeleton import BODY_25, COCO_17, HALPE_26
 from proxemetry.photo import Photo
 from proxemetry.pose import backend_named
 from proxemetry.pose.callables import people_from
 from proxemetry.pose.recorded import Recorded
-from proxemetry.skeleton import BODY_25, COCO_17, HALPE_26
 
 #: One person of 17 joints in a photo of 640 x 480: joint k at (100 + 10 k, 50 + 20 k), the left ankle unseen.
 XY = [(100.0 + 10 * k, 50.0 + 20 * k) for k in range(17)]

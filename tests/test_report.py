@@ -9,18 +9,18 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from drawn import people_at
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from reviewing import CAMERA, PHOTOS, draw_photo, make_results, scene_of, write_results
 
-from proxemetry.archive.corrections import FILE as LOG_FILE
-from proxemetry.archive.corrections import Log
-from proxemetry.archive.results import Results
+from proxemetry.archive.review.corrections import FILE as LOG_FILE
+from proxemetry.archive.review.corrections import Log
+from proxemetry.archive.store.results import Results
 from proxemetry.cli import main
 from proxemetry.errors import OutputError, SettingsError
 from proxemetry.report import FILE, write_report
 from proxemetry.report.numbers import Numbers, count, ratio_over_photos
+from synthetic.drawn import people_at
+from synthetic.reviewing import CAMERA, PHOTOS, draw_photo, make_results, scene_of, write_results
 
 CHROMIUM = Path(os.environ.get("CHROMIUM", "/usr/bin/chromium"))
 

@@ -8,13 +8,13 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from drawn import people_at
-from reviewing import CAMERA, PHOTOS, draw_photo, make_results, scene_of, served, write_results
 
-from proxemetry.archive.results import Results
+from proxemetry.archive.store.results import Results
 from proxemetry.photo import Photo
 from proxemetry.web.session import Review
 from proxemetry.web.stores import DropStore, FolderStore
+from synthetic.drawn import people_at
+from synthetic.reviewing import CAMERA, PHOTOS, draw_photo, make_results, scene_of, served, write_results
 
 pytestmark = pytest.mark.browser
 

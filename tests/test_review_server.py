@@ -14,20 +14,20 @@ import httpx
 import numpy as np
 import pytest
 from PIL import Image
-from reviewing import make_results, served
 
-from proxemetry.archive.corrections import FILE
-from proxemetry.archive.results import Results
+from proxemetry.archive.review.corrections import FILE
+from proxemetry.archive.store.results import Results
 from proxemetry.camera import Camera, CameraEstimate
 from proxemetry.cli import main
 from proxemetry.errors import SettingsError
 from proxemetry.measure import Settings, place
 from proxemetry.people import People
+from proxemetry.people.skeleton import COCO_17
 from proxemetry.photo import Photo
 from proxemetry.scene import Scene
-from proxemetry.skeleton import COCO_17
 from proxemetry.web.session import Query, Review
 from proxemetry.web.stores import DropStore, FolderStore
+from synthetic.reviewing import make_results, served
 
 PNG = b"\x89PNG\r\n\x1a\n"
 

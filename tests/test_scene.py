@@ -5,16 +5,16 @@ import math
 
 import numpy as np
 import pytest
-from drawn import people_at
 
 from proxemetry.bodies import Bodies, Floor, Mode
 from proxemetry.camera import Camera, CameraEstimate, Candidate
 from proxemetry.errors import OutputError, SettingsError
 from proxemetry.measure import Settings, measure, place, remeasure
 from proxemetry.people import People
+from proxemetry.people.skeleton import COCO_17
 from proxemetry.scene import Scene
-from proxemetry.skeleton import COCO_17
 from proxemetry.tables import TABLES, rows
+from synthetic.drawn import people_at
 
 CAMERA = Camera.centred(1000, 1000, 800, focal_rel_sd=0.02, source="drawn")
 ESTIMATE = CameraEstimate(CAMERA, (Candidate(1000.0, 0.02, "drawn"),), ("a flag",))

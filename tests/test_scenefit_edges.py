@@ -4,13 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from modelled import ADULTS, CAMERA, photo
 
 from proxemetry.camera import Camera
 from proxemetry.locate import LocateSettings, method_named
 from proxemetry.locate.scenefit import locate
 from proxemetry.people import People
-from proxemetry.skeleton import COCO_17, SKELETONS
+from proxemetry.people.skeleton import COCO_17, SKELETONS
+from synthetic.modelled import ADULTS, CAMERA, photo
 
 FACE = [COCO_17.joints.index(j) for j in ("nose", "left_eye", "right_eye", "left_ear", "right_ear")]
 

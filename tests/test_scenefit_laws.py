@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from modelled import ADULTS, CAMERA, photo
 
 from proxemetry.locate.scenefit import locate
 from proxemetry.people import People
-from proxemetry.skeleton import COCO_17
+from proxemetry.people.skeleton import COCO_17
+from synthetic.modelled import ADULTS, CAMERA, photo
 
 seeds = st.integers(0, 10_000)
 

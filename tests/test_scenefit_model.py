@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from proxemetry.locate.body_model import body_model
-from proxemetry.locate.body_tables import LATENTS, POSTURES, SHOE_M
-from proxemetry.locate.projection import (
+from proxemetry.locate.scenefit.body_model import body_model
+from proxemetry.locate.scenefit.body_tables import LATENTS, POSTURES, SHOE_M
+from proxemetry.locate.scenefit.projection import (
     DEPTH,
     FOCAL,
     HEADING,
@@ -20,7 +20,7 @@ from proxemetry.locate.projection import (
     camera_axes,
     project,
 )
-from proxemetry.skeleton import COCO_17, HALPE_26, SKELETONS
+from proxemetry.people.skeleton import COCO_17, HALPE_26, SKELETONS
 
 LENGTHS_M = [1.70, 1.36, 0.52, 0.35, 0.063, 0.15]
 

@@ -1,22 +1,18 @@
 """The joint fit on made-up scenes that share nothing with it, and on the benchmark's own points where these are."""
 
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-sys.path.insert(0, str(Path(__file__).parent.parent / "benchmarks"))
-
-from measured_layouts import drawn_body, photos
-from odd_postures import CAMERA
-from odd_postures import photos as odd_photos
-from pair_errors import depth_summary, record, summary
-from street_scenes import street_photos
-from synthetic_detections import Detector
-
+from benchmarks.accuracy.odd_postures import CAMERA
+from benchmarks.accuracy.odd_postures import photos as odd_photos
 from proxemetry.locate import LocateSettings
 from proxemetry.locate.scenefit import locate
+from synthetic.detections import Detector
+from synthetic.layouts import drawn_body, photos
+from synthetic.pair_errors import depth_summary, record, summary
+from synthetic.street_scenes import street_photos
 
 KORTE = Path(__file__).parents[2] / "shared" / "data" / "korte"
 

@@ -2,21 +2,15 @@
 
 from __future__ import annotations
 
-import sys
-from pathlib import Path
-
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from benchmarks.networks.backends import counts, verdicts
+from benchmarks.networks.score_reliability import Candidates, left_out, logistic_curve, wilson
 from proxemetry.people import People
-from proxemetry.skeleton import COCO_17
-
-sys.path.insert(0, str(Path(__file__).parent.parent / "benchmarks"))
-
-from backends import counts, verdicts
-from score_reliability import Candidates, left_out, logistic_curve, wilson
+from proxemetry.people.skeleton import COCO_17
 
 
 @given(st.integers(1, 400), st.data())

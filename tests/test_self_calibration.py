@@ -10,13 +10,20 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from proxemetry.camera import Camera
-from proxemetry.focal import FocalRequest, estimate_camera
-from proxemetry.locate.focal_profile import Profile
-from proxemetry.locate.self_calibration import WIDEST, calibrate, focal_posterior, with_people
-from proxemetry.locate.verticals import LEAN_SD, STATURE_CV, direct_solutions, residuals_of, segments_of, tops_of
+from proxemetry.camera.focal import FocalRequest, estimate_camera
+from proxemetry.camera.from_people.focal_profile import Profile
+from proxemetry.camera.from_people.self_calibration import WIDEST, calibrate, focal_posterior, with_people
+from proxemetry.camera.from_people.verticals import (
+    LEAN_SD,
+    STATURE_CV,
+    direct_solutions,
+    residuals_of,
+    segments_of,
+    tops_of,
+)
 from proxemetry.people import People
+from proxemetry.people.skeleton import COCO_17
 from proxemetry.photo import Photo
-from proxemetry.skeleton import COCO_17
 
 WIDTH, HEIGHT = 1800, 1200
 #: Joints over the ankles' middle, metres to the right and up, as long as the calibration takes an adult to be.

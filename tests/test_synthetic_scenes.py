@@ -2,20 +2,15 @@
 
 from __future__ import annotations
 
-import sys
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-sys.path.insert(0, str(Path(__file__).parent.parent / "benchmarks"))
-
-from synthetic_bodies import draw_build, draw_posture, pose_joints
-from synthetic_detections import EXACT, Detector
-from synthetic_scenes import KINDS, Recipe, SyntheticPhoto, scenes
-
-from proxemetry.skeleton import SKELETONS
+from proxemetry.people.skeleton import SKELETONS
+from synthetic.bodies import draw_build, draw_posture, pose_joints
+from synthetic.detections import EXACT, Detector
+from synthetic.scenes import KINDS, Recipe, SyntheticPhoto, scenes
 
 
 def photos(count: int = 12, seed: int = 3, **recipe: object) -> list[SyntheticPhoto]:

@@ -7,19 +7,18 @@
 Importing this loads no network's runtime, no plotting and no web framework; those come when they are used.
 """
 
-__version__ = "0.1.0"
-
 from .bodies import Bodies
 from .camera import Camera, CameraEstimate
+from .camera.focal import FocalRequest
 from .distances import Distances, zone_of
 from .errors import ProxemetryError
-from .focal import FocalRequest
 from .locate import LocateSettings
 from .measure import Settings, measure, remeasure
 from .people import People, PoseBackend
+from .people.skeleton import SKELETONS, Skeleton
 from .photo import Photo
 from .scene import Scene
-from .skeleton import SKELETONS, Skeleton
+from .version import __version__
 
 __all__ = [
     "SKELETONS",
@@ -36,6 +35,7 @@ __all__ = [
     "Scene",
     "Settings",
     "Skeleton",
+    "__version__",
     "measure",
     "remeasure",
     "zone_of",

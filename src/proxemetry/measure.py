@@ -13,16 +13,16 @@ from typing import Any, cast
 
 import numpy as np
 
-from . import __version__
 from .bodies import Bodies
 from .camera import Camera, CameraEstimate
+from .camera.focal import FocalRequest, estimate_camera
+from .camera.from_people.self_calibration import with_people
 from .errors import CameraError, PhotoError, SettingsError
-from .focal import FocalRequest, estimate_camera
 from .locate import METHODS, LocateSettings, method_named
-from .locate.self_calibration import with_people
 from .people import People, PoseBackend
 from .photo import Photo, RGBArray
 from .scene import Provenance, Scene
+from .version import __version__
 
 DEFAULT_METHOD = "scene"
 

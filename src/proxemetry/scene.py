@@ -20,7 +20,7 @@ from .camera import Camera, CameraEstimate, Candidate
 from .distances import Distances, measure_distances
 from .errors import OutputError, ProxemetryError
 from .people import People
-from .skeleton import COCO_17, SKELETONS, Skeleton, skeleton_named
+from .people.skeleton import COCO_17, SKELETONS, Skeleton, skeleton_named
 
 FloatArray = NDArray[np.float64]
 

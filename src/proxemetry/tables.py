@@ -13,8 +13,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from .distances import ZONES
+from .people.skeleton import PARTS
 from .scene import Scene
-from .skeleton import PARTS
 
 Value = str | int | float | bool | None
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ..errors import LabelsError
-from ..skeleton import PARTS
+from ..people.skeleton import PARTS
 from .errata import load_errata
 from .labels import BODY_FILE, FOCAL_FILES, PHOTOS_FILE, SETTINGS_FILE, TRUTH_FILE
 

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import LabelsError
-from ..skeleton import PARTS
+from ..people.skeleton import PARTS
 from .errata import Erratum, load_errata
 
 FloatArray = NDArray[np.float64]

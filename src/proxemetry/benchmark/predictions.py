@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import LabelsError, OutputError
-from ..skeleton import PARTS
+from ..people.skeleton import PARTS
 
 FloatArray = NDArray[np.float64]
 

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import LabelsError
-from ..skeleton import PARTS
+from ..people.skeleton import PARTS
 from .predictions import Prediction, Predictions
 
 FloatArray = NDArray[np.float64]

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..skeleton import PARTS
+from ..people.skeleton import PARTS
 from .predictions import Prediction
 
 if TYPE_CHECKING:

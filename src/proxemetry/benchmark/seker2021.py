@@ -27,7 +27,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from ..skeleton import PARTS
+from ..people.skeleton import PARTS
 from .image_score import ImageScore, relative_errors, upper
 from .labels import LabelImage
 from .predictions import Prediction

@@ -16,8 +16,8 @@ from statistics import median
 import numpy as np
 from numpy.typing import NDArray
 
-from ..skeleton import PARTS
-from .assignment import assign
+from ..assignment import assign
+from ..people.skeleton import PARTS
 from .image_score import ImageScore, relative_errors, upper
 from .labels import LabelImage
 from .predictions import Prediction

@@ -12,8 +12,8 @@ import sys
 from collections.abc import Sequence
 from typing import NoReturn
 
-from .. import __version__
 from ..errors import ProxemetryError
+from ..version import __version__
 
 #: Command -> what `--help` says of it. Module `cli.COMMAND` has `configure(parser)` and `run(args) -> exit code`.
 COMMANDS: dict[str, str] = {
@@ -55,7 +55,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         sys.stderr.close()
         return DONE
     except Exception as error:
-        from ..archive.folder import damaged
+        from ..archive.store.folder import damaged
 
         refusal = damaged(error)
         if refusal is None:

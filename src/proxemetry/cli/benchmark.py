@@ -9,9 +9,9 @@ from ..benchmark import DEFAULT_PROTOCOL, PROTOCOLS, Predictions, Score, read_la
 from ..benchmark.report import comparison
 from ..benchmark.tables import TABLES
 from ..errors import OutputError, SettingsError
+from ..evaluate import predict_labels, predict_photos
 from ..locate import BODY_SIZES, METHODS, LocateSettings
 from ..measure import DEFAULT_METHOD, Settings
-from ..trial import predict_labels, predict_photos
 from . import DONE
 from .score import check_output, show
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import argparse
 
-from ..camera_table import CameraTable
-from ..focal import FocalRequest
+from ..camera.focal import FocalRequest
+from ..camera.table import CameraTable
 
 #: For who has photos without a focal length.
 WHAT_TO_STATE = """No focal length, no metres. What you know of the lens can be stated:

@@ -8,11 +8,11 @@ from __future__ import annotations
 import argparse
 import sys
 
-from ..archive.photos import find_photos
+from ..archive.store.photos import find_photos
 from ..camera import CameraEstimate
+from ..camera.focal import estimate_camera, row_of
+from ..camera.frame import SD_OF_90
 from ..errors import PhotoError
-from ..focal import estimate_camera, row_of
-from ..frame import SD_OF_90
 from ..photo import Photo
 from . import DONE, NOTHING_DONE, SOME_FAILED, installation
 from .camera_options import WHAT_TO_STATE, add_camera_options, focal_request

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import argparse
 
-from ..archive.export import COCO_FILE, write_coco, write_spss
-from ..archive.folder import Folder
-from ..archive.results import TABLE_FORMATS, Results
+from ..archive.figures.export import COCO_FILE, write_coco, write_spss
+from ..archive.store.folder import Folder
+from ..archive.store.results import TABLE_FORMATS, Results
 from ..errors import OutputError, SettingsError
 from ..tables import TABLES, codebook_markdown
 from . import DONE

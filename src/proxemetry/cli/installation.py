@@ -5,8 +5,9 @@ from __future__ import annotations
 import importlib.util
 import platform
 
-from .. import __version__, weights
+from .. import weights
 from ..pose import AUTO_ORDER, BACKENDS, auto_name, is_available
+from ..version import __version__
 
 #: What a package is for, the package, and the extra that brings it.
 _PACKAGES = (

@@ -6,10 +6,10 @@ import argparse
 import signal
 import sys
 
-from ..archive.results import Results
-from ..archive.run import ENGINES, Outcome
-from ..archive.run import run as run_archive
-from ..archive.work import Job
+from ..archive.run.run import ENGINES, Outcome
+from ..archive.run.run import run as run_archive
+from ..archive.run.work import Job
+from ..archive.store.results import Results
 from ..errors import SettingsError
 from ..locate import BODY_SIZES, FLOORS, METHODS, LocateSettings
 from ..locate.pinhole import QUIRKS
@@ -128,7 +128,7 @@ def run(args: argparse.Namespace) -> int:
     if args.safe_distance is not None and not args.safe_distance > 0:
         raise SettingsError(f"--safe-distance {args.safe_distance}: it must be a positive number of metres")
     if args.overlays:
-        from ..archive.overlays import require_plotting
+        from ..archive.figures.overlays import require_plotting
 
         require_plotting(args.out)
     signal.signal(signal.SIGTERM, signal.default_int_handler)  # a batch system's way of saying Ctrl-C
@@ -179,7 +179,7 @@ def _finish(args: argparse.Namespace, outcome: Outcome) -> int:
 
 
 def _draw(results: Results, args: argparse.Namespace) -> None:
-    from ..archive.overlays import draw
-    from ..archive.pool import default_jobs
+    from ..archive.figures.overlays import draw
+    from ..archive.run.pool import default_jobs
 
     draw(results, faces=args.faces, jobs=default_jobs() if args.jobs is None else args.jobs)

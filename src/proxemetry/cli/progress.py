@@ -7,7 +7,7 @@ import time
 from types import TracebackType
 from typing import Any
 
-from ..archive.schedule import Progress
+from ..archive.run.schedule import Progress
 
 _SECONDS_BETWEEN_LINES = 30.0
 

@@ -9,10 +9,10 @@ import sys
 from pathlib import Path
 from typing import IO, Any
 
-from ..archive.folder import Folder
-from ..archive.grouping import GROUPINGS, UNKNOWN
-from ..archive.results import Results
-from ..archive.summary import Summary, summarise
+from ..archive.figures.grouping import GROUPINGS, UNKNOWN
+from ..archive.figures.summary import Summary, summarise
+from ..archive.store.folder import Folder
+from ..archive.store.results import Results
 from ..distances import ZONES
 from . import DONE
 
@@ -54,7 +54,7 @@ def run(args: argparse.Namespace) -> int:
         with Folder(folder or ".").writing(name) as temporary, Path(temporary).open("w", newline="") as file:
             _write_csv(summary, file)
     if args.figures:
-        from ..archive.summary_figures import draw
+        from ..archive.figures.charts import draw
 
         for path in draw(summary, args.figures):
             print(path, file=sys.stderr)

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from ..archive.parts import attached, quoted
-from ..archive.results import Results
+from ..archive.store.parts import attached, quoted
+from ..archive.store.results import Results
+from ..camera.focal import ASSUMED
 from ..distances import UNCERTAIN, ZONES, is_vague
-from ..focal import ASSUMED
 from .camera_options import WHAT_TO_STATE
 
 _PHOTO_LINES, _FAILED_LINES = 40, 5

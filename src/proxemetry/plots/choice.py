@@ -7,8 +7,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from ..camera.frame import SD_OF_90
 from ..distances import Distances
-from ..frame import SD_OF_90
 from ..scene import Scene
 
 FloatArray = NDArray[np.float64]

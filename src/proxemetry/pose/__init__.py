@@ -64,7 +64,7 @@ _ANY = ("device", "flip")
 
 
 def _ready(name: str, models: tuple[str, ...], summary: str) -> Entry:
-    return Entry("onnx_backend:open_backend", models, "onnxruntime", summary, name, _ANY)
+    return Entry("onnx.backend:open_backend", models, "onnxruntime", summary, name, _ANY)
 
 
 _PAPER_MODELS = ("yolov4.cfg", "yolov4.weights", "body_25_pose_deploy.prototxt", "pose_iter_584000.caffemodel")
@@ -92,13 +92,16 @@ BACKENDS: dict[str, Entry] = {
         "yolox-tinypose", ("yolox_nano.onnx", "tinypose_256x192.onnx"), "17 joints, small and quick"
     ),
     "onnx": Entry(
-        "onnx_backend:open_backend", (), "onnxruntime", "onnx:SPEC.toml runs any detector and pose network", takes=_ANY
+        "onnx.backend:open_backend", (), "onnxruntime", "onnx:SPEC.toml runs any detector and pose network", takes=_ANY
     ),
     "yolov4-openpose": Entry(
-        "yolov4_openpose:open_backend", _PAPER_MODELS, "cv2", "the paper's pair; yolov4-openpose:FOLDER holds its files"
+        "paper.yolov4_openpose:open_backend",
+        _PAPER_MODELS,
+        "cv2",
+        "the paper's pair; yolov4-openpose:FOLDER holds its files",
     ),
     "yolov4-openpose-published": Entry(
-        "yolov4_openpose:open_published", _PAPER_MODELS, "cv2", "the same with all that the authors' code does"
+        "paper.yolov4_openpose:open_published", _PAPER_MODELS, "cv2", "the same with all that the authors' code does"
     ),
     "cross-check": Entry(
         "cross_check:open_backend", (), "", "cross-check:A+B keeps those of A whom B sees too", takes=_ANY

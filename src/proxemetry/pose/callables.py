@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from ..errors import KeypointsError, SettingsError
 from ..people import People
+from ..people.skeleton import BLAZEPOSE_33, BODY_25, COCO_17, HALPE_26, Skeleton
 from ..photo import Photo
-from ..skeleton import BLAZEPOSE_33, BODY_25, COCO_17, HALPE_26, Skeleton
 from ..weights import sha256_of
 from . import PoseOptions
 

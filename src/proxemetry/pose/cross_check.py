@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from ..errors import SettingsError
 from ..people import People, PoseBackend
+from ..people.skeleton import MIDDLES, Skeleton
 from ..photo import Photo
-from ..skeleton import MIDDLES, Skeleton
 from . import PoseOptions, backend_named
 
 FloatArray = NDArray[np.float64]

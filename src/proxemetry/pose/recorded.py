@@ -15,8 +15,8 @@ import numpy as np
 from ..camera import Camera
 from ..errors import KeypointsError, PhotoError, SettingsError
 from ..people import People
+from ..people.skeleton import COCO_17, Skeleton
 from ..photo import Photo
-from ..skeleton import COCO_17, Skeleton
 from . import PoseOptions
 from .formats import Recording, read
 

@@ -7,8 +7,8 @@ import io
 from pathlib import Path
 
 from .. import plots
-from ..archive.folder import is_url
-from ..archive.results import Results
+from ..archive.store.folder import is_url
+from ..archive.store.results import Results
 from ..errors import OutputError, ProxemetryError, SettingsError
 from ..photo import Photo
 from ..plots.faces import FACES

@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..archive.folder import Folder
-from ..archive.grouping import UNKNOWN, sql_of
-from ..archive.parts import attached, quoted
-from ..archive.summary import Share
+from ..archive.figures.grouping import UNKNOWN, sql_of
+from ..archive.figures.summary import Share
+from ..archive.store.folder import Folder
+from ..archive.store.parts import attached, quoted
+from ..camera.focal import ASSUMED
 from ..distances import ZONES
-from ..focal import ASSUMED
 
 FloatArray = NDArray[np.float64]
 

@@ -9,11 +9,11 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from ..archive.actions import Action
-from ..archive.agreement import Agreement, agreement
-from ..archive.corrections import FileKey, by_file, in_force
-from ..archive.edits import apply
-from ..archive.index import Summary, summary_of
+from ..archive.review.actions import Action
+from ..archive.review.agreement import Agreement, agreement
+from ..archive.review.corrections import FileKey, by_file, in_force
+from ..archive.review.edits import apply
+from ..archive.store.index import Summary, summary_of
 from ..errors import PhotoError, SettingsError
 from ..scene import Scene
 from .pictures import PictureCache, jpeg

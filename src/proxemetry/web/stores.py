@@ -10,11 +10,11 @@ from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Any, Protocol
 
-from ..archive.actions import Action
-from ..archive.corrections import FILE, Log
-from ..archive.folder import is_url
-from ..archive.index import Summary, summaries, summary_of
-from ..archive.results import Results
+from ..archive.review.actions import Action
+from ..archive.review.corrections import FILE, Log
+from ..archive.store.folder import is_url
+from ..archive.store.index import Summary, summaries, summary_of
+from ..archive.store.results import Results
 from ..errors import PhotoError, SettingsError
 from ..measure import measure
 from ..photo import Photo

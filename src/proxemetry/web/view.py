@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..archive.actions import Action
-from ..archive.edits import joints_to_click
-from ..archive.index import Summary
-from ..frame import SD_OF_90
+from ..archive.review.actions import Action
+from ..archive.review.edits import joints_to_click
+from ..archive.store.index import Summary
+from ..camera.frame import SD_OF_90
 from ..plots.choice import UNPLACED_COLOUR, camera_text, colour_of, pairs_shown, text_on
 from ..plots.faces import heads_px
 from ..plots.geometry import anchors_px, ellipse, field_of_view, ground_positions

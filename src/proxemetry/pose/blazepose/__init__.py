@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 from ... import weights
 from ...errors import SettingsError
 from ...people import People
+from ...people.skeleton import BLAZEPOSE_33
 from ...photo import Photo
-from ...skeleton import BLAZEPOSE_33
 from .. import PoseOptions
 from ..detections import Detections
 from .detectors import FACE_HEAD, POSE_HEAD, Detector

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ...skeleton import BLAZEPOSE_33, COCO_17
+from ...people.skeleton import BLAZEPOSE_33, COCO_17
 from .landmarks import Candidate
 
 FloatArray = NDArray[np.float64]

@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..detections import Detections, joined, suppressed, uncut
-from ..letterbox import Region as Window
-from ..letterbox import tiles, tiles_around
+from ..onnx.letterbox import Region as Window
+from ..onnx.letterbox import tiles, tiles_around
 from .networks import Network
 from .regions import Picture
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from ...skeleton import BLAZEPOSE_33
+from ...people.skeleton import BLAZEPOSE_33
 from .networks import Network
 from .regions import Picture, Region
 

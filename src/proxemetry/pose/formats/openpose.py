@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ...errors import KeypointsError
-from ...skeleton import BODY_25, COCO_17, Skeleton
+from ...people.skeleton import BODY_25, COCO_17, Skeleton
 from .recording import Person, Recording, naming, people_of, person_of
 
 ENDING = "_keypoints.json"

@@ -7,7 +7,7 @@ from typing import Any
 
 from ...camera import Camera
 from ...errors import KeypointsError
-from ...skeleton import skeleton_named
+from ...people.skeleton import skeleton_named
 from .recording import Recording, naming, people_of, person_of, size_of
 
 

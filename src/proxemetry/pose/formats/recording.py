@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from ...camera import Camera
 from ...errors import KeypointsError, ProxemetryError
 from ...people import People
-from ...skeleton import COCO_17, HALPE_26, Skeleton
+from ...people.skeleton import COCO_17, HALPE_26, Skeleton
 from ..callables import BY_COUNT, WHOLE_BODIES, are_fractions, skeleton_of
 
 FloatArray = NDArray[np.float64]

@@ -1,0 +1,1 @@
+"""What is made of the results: summaries, charts, exports, overlays."""

@@ -1,0 +1,160 @@
+"""Results for other programs: SPSS files with labels, and keypoints in COCO's form."""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+import math
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+from ...errors import SettingsError
+from ...people.skeleton import COCO_17
+from ...scene import Scene
+from ...tables import Column, all_columns
+from ..store.folder import Folder
+from ..store.results import Results, table_query
+
+COCO_FILE = "coco_keypoints.json"
+
+#: Rows of one SPSS file, as DuckDB hands them over: a little under a million.
+_ROWS_A_VECTOR, _VECTORS_A_FILE = 2048, 488
+
+
+def write_spss(results: Results, target: Folder, safe_distance_m: float | None = None) -> list[str]:
+    """Write photos, people and pairs as .sav files with the codebook's meanings as variable labels; return their names.
+
+    A file is made in memory, half a gigabyte for a million rows: a longer table comes in several files, pairs_1.sav
+    and so on, and pairs.sps, SPSS syntax that joins them. Raises SettingsError where pyreadstat is missing,
+    OutputError where a file cannot be written.
+    """
+    if any(importlib.util.find_spec(package) is None for package in ("pandas", "pyreadstat")):
+        raise SettingsError("SPSS files need an extra: pip install 'proxemetry[spss]'")
+    duck = results.view()
+    written: list[str] = []
+    for table, columns in all_columns().items():
+        query = f"SELECT {', '.join(map(_spss_value, columns))} FROM ({table_query(table, safe_distance_m)})"
+        names, longest = _extent(duck, query, table, columns)
+        _forget_spss(target, table)
+        duck.execute(query)
+        for name in names:
+            with target.writing(name) as temporary:
+                _write_sav(duck.fetch_df_chunk(_VECTORS_A_FILE), temporary, table, columns, longest)
+        if len(names) > 1:
+            target.write(f"{table}.sps", _joining_syntax(table, names).encode())
+        written += names
+    return written
+
+
+def _spss_value(column: Column) -> str:
+    """Return the SQL of a column as SPSS has it: a text, or a number where missing is missing."""
+    if column.kind == "VARCHAR":
+        return f"coalesce({column.name}, '') AS {column.name}"
+    return f"{column.name}::{'INTEGER::' if column.kind == 'BOOLEAN' else ''}DOUBLE AS {column.name}"
+
+
+def _extent(duck: Any, query: str, table: str, columns: Sequence[Column]) -> tuple[list[str], dict[str, int]]:
+    """Return the names of a table's files, and how many bytes each text column needs."""
+    texts = [c.name for c in columns if c.kind == "VARCHAR"]
+    longest = ", ".join(f"coalesce(max(strlen({name})), 0)" for name in texts)
+    rows, *widths = duck.execute(f"SELECT count(*), {longest} FROM ({query})").fetchone()
+    count = max(1, -(-rows // (_VECTORS_A_FILE * _ROWS_A_VECTOR)))
+    names = [f"{table}.sav"] if count == 1 else [f"{table}_{k + 1}.sav" for k in range(count)]
+    return names, dict(zip(texts, widths, strict=True))
+
+
+def _forget_spss(target: Folder, table: str) -> None:
+    """Remove an earlier export: fewer files of another length would be joined with these."""
+    for name in target.names():
+        if re.fullmatch(rf"{table}(_\d+)?\.sav|{table}\.sps", name):
+            target.remove(name)
+
+
+def _write_sav(frame: Any, path: str, table: str, columns: Sequence[Column], longest: Mapping[str, int]) -> None:
+    import pyreadstat
+
+    for name, width in longest.items():
+        if len(frame):
+            # SPSS joins files only where texts have one width, and a column is as wide as its widest value; blanks
+            # at a text's end mean nothing there.
+            first = frame[name].iloc[0]
+            frame.loc[0, name] = first + " " * (width - len(first.encode()))
+    pyreadstat.write_sav(
+        frame, path, file_label=f"proxemetry: {table}", row_compress=True,
+        column_labels={c.name: _label(c) for c in columns},
+        variable_value_labels={c.name: {0.0: "no", 1.0: "yes"} for c in columns if c.kind == "BOOLEAN"},
+        variable_measure={c.name: "nominal" if c.kind in ("VARCHAR", "BOOLEAN") else "scale" for c in columns},
+    )  # fmt: skip
+
+
+def _joining_syntax(table: str, names: Sequence[str]) -> str:
+    files = "\n".join(f"  /FILE='{name}'" for name in names)
+    return (
+        f"* proxemetry: joins the files of the table {table}. CD to their folder first, or open this file from there.\n"
+        f"ADD FILES\n{files}.\nEXECUTE.\nSAVE OUTFILE='{table}.sav' /COMPRESSED.\n"
+    )
+
+
+def _label(column: Column) -> str:
+    return f"{column.meaning} [{column.unit}]" if column.unit else column.meaning
+
+
+def write_coco(results: Results, target: Folder) -> None:
+    """Write everybody's keypoints, corrections applied, as COCO keypoint annotations with scores.
+
+    Joints that COCO does not name are left out; joints that a skeleton lacks or that were not seen have visibility 0.
+    Raises OutputError where the file cannot be written.
+    """
+    edges = [[a, b] for a, b in ((COCO_17.index(x), COCO_17.index(y)) for x, y in COCO_17.bones) if None not in (a, b)]
+    category = {
+        "id": 1, "name": "person", "supercategory": "person", "keypoints": list(COCO_17.joints),
+        "skeleton": [[a + 1, b + 1] for a, b in edges if a is not None and b is not None],
+    }  # fmt: skip
+    with target.writing(COCO_FILE) as temporary, open(temporary, "w", encoding="utf-8") as file:
+        file.write('{"info": {"description": "keypoints by proxemetry"},\n"categories": ')
+        json.dump([category], file)
+        for name, items in (("images", _images(results)), ("annotations", _annotations(results))):
+            file.write(f',\n"{name}": [')
+            for number, item in enumerate(items):
+                file.write((",\n" if number else "\n") + json.dumps(item, allow_nan=False))
+            file.write("]")
+        file.write("}\n")
+
+
+def _readable(results: Results) -> Iterator[tuple[int, Scene]]:
+    """Yield the photos that could be read, numbered from 1."""
+    yield from enumerate((s for s in results.scenes() if s.status != "failed"), start=1)
+
+
+def _images(results: Results) -> Iterator[dict[str, Any]]:
+    for number, scene in _readable(results):
+        yield {"id": number, "file_name": scene.photo, "width": scene.width_px, "height": scene.height_px}
+
+
+def _annotations(results: Results) -> Iterator[dict[str, Any]]:
+    identity = 0
+    for number, scene in _readable(results):
+        for person in range(len(scene)):
+            identity += 1
+            yield {"id": identity, "image_id": number, "category_id": 1, **_annotation(scene, person)}
+
+
+def _annotation(scene: Scene, person: int) -> dict[str, Any]:
+    keypoints: list[float] = []
+    scores: list[float] = []
+    for joint in COCO_17.joints:
+        x, y = (float(v) for v in scene.people.joint(joint)[person])
+        seen = math.isfinite(x)
+        keypoints += [round(x, 2), round(y, 2), 2] if seen else [0, 0, 0]
+        scores.append(round(float(scene.people.joint_score(joint)[person]), 4))
+    x0, y0, x1, y1 = (float(v) if math.isfinite(v) else 0.0 for v in scene.people.boxes_px[person])
+    return {
+        "keypoints": keypoints,
+        "keypoint_scores": scores,
+        "num_keypoints": sum(v > 0 for v in keypoints[2::3]),
+        "bbox": [round(v, 2) for v in (x0, y0, x1 - x0, y1 - y0)],
+        "area": round((x1 - x0) * (y1 - y0), 1),
+        "iscrowd": 0,
+        "score": round(float(scene.people.person_scores[person]), 4),
+    }

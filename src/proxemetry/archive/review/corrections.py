@@ -1,0 +1,176 @@
+"""What people corrected by hand: an append-only log beside the results, which no rerun touches.
+
+Each entry says of which file (by its SHA-256), what, by whom and when. Nothing is ever changed or deleted, taking a
+correction back is an entry too, and the database itself refuses anything else. Photos are never written to.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import sqlite3
+import threading
+from collections import defaultdict
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+from ...errors import OutputError
+from ...scene import Scene
+from .actions import ACTIONS, Action, check
+from .edits import apply
+
+__all__ = ["ACTIONS", "FILE", "Action", "Log", "apply", "corrected_scenes", "in_force"]
+
+#: Name of the log in a results folder.
+FILE = "corrections.sqlite"
+
+_SCHEMA = """
+CREATE TABLE IF NOT EXISTS actions (
+    number INTEGER PRIMARY KEY AUTOINCREMENT,
+    time TEXT NOT NULL,
+    who TEXT NOT NULL,
+    photo TEXT NOT NULL,
+    sha256 TEXT NOT NULL,
+    action TEXT NOT NULL,
+    value TEXT NOT NULL
+);
+CREATE INDEX IF NOT EXISTS actions_of_a_file ON actions (sha256, photo);
+CREATE TRIGGER IF NOT EXISTS nothing_changes BEFORE UPDATE ON actions
+    BEGIN SELECT RAISE(ABORT, 'corrections are append-only'); END;
+CREATE TRIGGER IF NOT EXISTS nothing_goes BEFORE DELETE ON actions
+    BEGIN SELECT RAISE(ABORT, 'corrections are append-only'); END;
+"""
+_COLUMNS = "number, time, who, photo, sha256, action, value"
+
+
+@dataclass(frozen=True)
+class FileKey:
+    """What a correction belongs to: the file's hash, or the photo's name where there was no file to hash."""
+
+    sha256: str
+    photo: str
+
+    @classmethod
+    def of(cls, item: Scene | Action) -> FileKey:
+        """Return the key of a scene or of an action."""
+        return cls(item.sha256, "" if item.sha256 else item.photo)
+
+
+class Log:
+    """The log at `path` (":memory:" keeps none), created where it is absent; holds a database connection.
+
+    Raises OutputError where the file cannot be written or is no log of corrections.
+    """
+
+    def __init__(self, path: str | Path) -> None:
+        self.path = str(path)
+        self._lock = threading.Lock()
+        try:
+            self._database = sqlite3.connect(self.path, check_same_thread=False, isolation_level=None)
+            # All in one file, whatever ends the program: people copy it, and keep it on shared drives.
+            self._database.execute("PRAGMA journal_mode = DELETE")
+            self._database.execute("PRAGMA synchronous = FULL")  # an entry is on the disk before its answer is shown
+            self._database.executescript(_SCHEMA)
+            self._database.execute(f"SELECT {_COLUMNS} FROM actions LIMIT 1")
+        except sqlite3.Error as error:
+            raise OutputError(f"{self.path}: cannot be used as a log of corrections ({error})") from error
+
+    def append(self, scene: Scene, action: str, value: Mapping[str, Any], who: str) -> Action:
+        """Append one action on a scene's file and return it; raises SettingsError for one that `edits` cannot read."""
+        check(action, value)
+        time = datetime.now(UTC).isoformat(timespec="seconds")
+        row = (time, who, scene.photo, scene.sha256, action, json.dumps(dict(value), sort_keys=True, allow_nan=False))
+        try:
+            with self._lock:
+                cursor = self._database.execute(
+                    "INSERT INTO actions (time, who, photo, sha256, action, value) VALUES (?, ?, ?, ?, ?, ?)", row
+                )
+        except sqlite3.Error as error:
+            raise OutputError(f"{self.path}: the correction was not kept ({error})") from error
+        return Action(int(cursor.lastrowid or 0), time, who, scene.photo, scene.sha256, action, dict(value))
+
+    def undo(self, scene: Scene, who: str) -> Action | None:
+        """Take back one's own latest action on a scene's file that is in force; return it, None where there is none."""
+        mine = [a for a in in_force(self.actions(FileKey.of(scene))) if a.who == who]
+        if not mine:
+            return None
+        self.append(scene, "undo", {"number": mine[-1].number}, who)
+        return mine[-1]
+
+    def actions(self, key: FileKey | None = None, who: str | None = None) -> list[Action]:
+        """Return the log in its order: of one file, of one person, or all of it."""
+        query, values = f"SELECT {_COLUMNS} FROM actions WHERE 1", list[str]()
+        if key is not None:
+            query += " AND sha256 = ?" + ("" if key.sha256 else " AND photo = ?")
+            values += [key.sha256] if key.sha256 else ["", key.photo]
+        if who is not None:
+            query += " AND who = ?"
+            values.append(who)
+        with self._lock:
+            rows = self._database.execute(f"{query} ORDER BY number", values).fetchall()
+        return [Action(*head, value=json.loads(value)) for *head, value in rows]
+
+    def people(self) -> list[str]:
+        """Return who wrote in the log."""
+        with self._lock:
+            return [row[0] for row in self._database.execute("SELECT DISTINCT who FROM actions ORDER BY who")]
+
+    def close(self) -> None:
+        """Close the database."""
+        with self._lock:
+            self._database.close()
+
+
+def in_force(actions: Iterable[Action]) -> list[Action]:
+    """Return the actions that nobody took back, without the entries that took others back."""
+    listed = list(actions)
+    undone = {a.value["number"] for a in listed if a.action == "undo"}
+    return [a for a in listed if a.action != "undo" and a.number not in undone]
+
+
+def by_file(actions: Iterable[Action]) -> dict[FileKey, list[Action]]:
+    """Return the actions of each file, in their order."""
+    found: defaultdict[FileKey, list[Action]] = defaultdict(list)
+    for action in actions:
+        found[FileKey.of(action)].append(action)
+    return dict(found)
+
+
+def digest(location: str | Path) -> str | None:
+    """Return the SHA-256 of all entries of a results folder's log, None where nothing was ever corrected."""
+    if not (Path(location) / FILE).exists():
+        return None
+    log = entries_at(location)
+    entries = [repr((a.number, a.time, a.who, a.photo, a.sha256, a.action, a.value)) for a in log]
+    return hashlib.sha256("\n".join(entries).encode()).hexdigest()
+
+
+def entries_at(location: str | Path) -> list[Action]:
+    """Return the whole log of a results folder, nothing where there is none."""
+    path = Path(location) / FILE
+    if not path.exists():
+        return []
+    log = Log(path)
+    try:
+        return log.actions()
+    finally:
+        log.close()
+
+
+def corrected_scenes(
+    location: str | Path, scenes: Callable[[Iterable[str], Iterable[str]], Iterator[Scene]]
+) -> dict[str, Scene]:
+    """Return the scenes of a results folder that a person corrected, by photo, with the corrections applied.
+
+    scenes: yields the measured scenes of photos of these names, and of files with these hashes. A correction follows
+    its file: after a rerun that calls the photo otherwise it applies to every photo with that hash.
+    """
+    wanted = by_file(in_force(entries_at(location)))
+    if not wanted:
+        return {}
+    names, files = ({getattr(key, n) for key in wanted} - {""} for n in ("photo", "sha256"))
+    found = (scene for scene in scenes(names, files) if FileKey.of(scene) in wanted)
+    return {scene.photo: apply(scene, wanted[FileKey.of(scene)]) for scene in found}

@@ -1,0 +1,114 @@
+"""Photos that are not what was measured any more: replaced under their own name, or gone from where they were.
+
+A file whose size and date are as they were when it was measured is taken for the same. Of the others the shards are
+done again, which compares the files themselves and measures those that are another picture.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import Any
+
+from ..store import parts
+from ..store.file_state import FileState
+from ..store.folder import Folder, is_url, open_filesystem
+from ..store.manifest import Manifest
+from ..store.parts import attached
+from ..store.photos import locate
+from .background import Beside
+from .manifest_update import Newcomers
+
+#: Looks at files that wait for a disk or a server at a time, and rows read at once.
+_THREADS, _ROWS_AT_ONCE = 16, 4096
+
+
+@dataclass(frozen=True)
+class Found:
+    """What a look at the files found. shards: to be done again. unlike: photos whose file has another size or date.
+
+    gone: photos whose file is not there any more, of which `example` is one.
+    """
+
+    shards: frozenset[int] = frozenset()
+    unlike: int = 0
+    gone: int = 0
+    example: str = ""
+
+
+class Changes(Beside[Found]):
+    """A thread that looks at the files of the measured photos, once the newcomers are known and `begin` was called.
+
+    A million files take some seconds to look at, over a network minutes: meanwhile what is new is measured. is_mine:
+    which shards this run does. `close` ends the thread, wherever it is.
+    """
+
+    def __init__(self, folder: Folder, newcomers: Newcomers, is_mine: Callable[[int], bool]) -> None:
+        self._duck = attached(folder).cursor()  # a thread needs one of its own
+        super().__init__(lambda: self._looked(folder, newcomers, is_mine))
+
+    def _looked(self, folder: Folder, newcomers: Newcomers, is_mine: Callable[[int], bool]) -> Found:
+        self.gate.wait()
+        if self.stopped.is_set():
+            return Found()
+        manifest = newcomers.result()
+        there = [s for s in sorted(parts.finished(folder)) if s < manifest.n_shards and is_mine(s)]
+        return self._look(folder, manifest, there)
+
+    def _look(self, folder: Folder, manifest: Manifest, shards: list[int]) -> Found:
+        root = manifest.moved_to or manifest.root
+        if root is None or not shards:
+            return Found()
+        again: set[int] = set()
+        unlike, gone, example = 0, 0, ""
+        state_of = _states(root)
+        with ThreadPoolExecutor(_THREADS) as pool:
+            for rows in self._measured(folder, shards):
+                batches = [rows[k : k + 256] for k in range(0, len(rows), 256)]
+                looked = pool.map(lambda batch: [state_of(row[0]) for row in batch], batches)
+                now = [state for batch in looked for state in batch]
+                for (photo, size, modified_ns, shard), state in zip(rows, now, strict=True):
+                    if state is None:
+                        gone, example = gone + (size is not None), example or photo
+                    elif state != (None if size is None else FileState(size, modified_ns)):
+                        unlike += 1
+                        again.add(shard)
+        return Found(frozenset(again), unlike, gone, example)
+
+    def _measured(self, folder: Folder, shards: list[int]) -> Iterator[list[tuple[Any, ...]]]:
+        """Yield name, size, date and shard of measured photos, many at a time."""
+        rows = self._duck.execute(
+            "SELECT photo, file_bytes, file_modified_ns, "
+            "regexp_extract(filename, 'part-(\\d+)[.]parquet$', 1)::INTEGER FROM read_parquet($paths, filename = true)",
+            {"paths": [folder.path(parts.name_of(s)) for s in shards]},
+        )
+        while not self.stopped.is_set() and (found := rows.fetchmany(_ROWS_AT_ONCE)):
+            yield found
+
+    def begin(self) -> None:
+        """Let it look: what is to be measured anyhow has been begun with."""
+        self.gate.set()
+
+    def result(self) -> Found:
+        """Wait for what is found; raises what went wrong."""
+        self.begin()
+        return super().result()
+
+
+def _states(root: str) -> Callable[[str], FileState | None]:
+    """Return what tells the state of the photo of a name; a store is asked once for all."""
+    if not is_url(root):
+
+        def local_state_of(photo: str) -> FileState | None:  # a million times in a large archive
+            return FileState.of(f"{root}/{photo}") or FileState.of(locate(root, photo))
+
+        return local_state_of
+    found: dict[str, Any] = open_filesystem(root).find(root, detail=True)
+    sizes = {path.lstrip("/"): about.get("size") for path, about in found.items()}
+
+    def state_of(photo: str) -> FileState | None:
+        size = sizes.get(locate(root, photo).partition("://")[2].lstrip("/"))
+        return None if size is None else FileState(int(size), None)
+
+    return state_of

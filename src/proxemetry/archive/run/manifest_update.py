@@ -1,0 +1,203 @@
+"""Photos that a manifest lacks: looked for beside the work, put into shards, appended as a manifest file."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...errors import OutputError
+from ..store.file_state import FileState
+from ..store.folder import Folder, is_url
+from ..store.manifest import SCHEMA, Manifest, name_of, paths, read
+from ..store.parts import attached, finished, measured_files, quoted
+from ..store.photos import Listing, Search, locate
+from .background import Beside
+from .duplicates import Copies, Ends, Sizes, copies, ends_of, repeated, sha256_of, sizes_of
+
+#: A shard is what a killed process loses: a few minutes at most. Small runs get shards of single photos.
+MAX_SHARD, SHARDS_OF_A_SMALL_RUN = 256, 64
+#: Copies join the first of them in its shard, up to so many times its size.
+COPIES_A_SHARD = 3
+#: So many photos tell whether an archive is the one that was measured.
+_FILES_COMPARED = 8
+
+
+class Newcomers(Beside[Manifest]):
+    """A thread that lists the photos named and, once allowed, appends those that are new to the manifest.
+
+    An archive of a million photos takes a while to walk, over a network minutes: meanwhile what is known already can
+    be measured. `close` ends the thread, wherever it is.
+    """
+
+    def __init__(self, folder: Folder, named: Search | Sequence[str], known: Manifest | None) -> None:
+        self._duck = attached(folder).cursor()  # a thread needs one of its own
+        super().__init__(lambda: self._completed(folder, named, known))
+
+    def _completed(self, folder: Folder, named: Search | Sequence[str], known: Manifest | None) -> Manifest:
+        listing = named.listing(self.stopped.is_set) if isinstance(named, Search) else named
+        manifest, new = compared(folder, known, listing, self._duck)
+        self.gate.wait()
+        while new and not self.stopped.is_set():
+            append(folder, manifest, new, self._duck)
+            # Somebody else may have been first: then what they left is to be appended.
+            known = read(folder, self._duck)
+            if known is not None and manifest.moved_to:
+                known = known.moved(manifest.moved_to)
+            manifest, new = compared(folder, known, listing, self._duck)
+        return manifest
+
+    def allow(self) -> None:
+        """Let what is new be written: the run was found to be of the kind that is in the folder."""
+        self.gate.set()
+
+
+def frozen(folder: Folder, listing: Listing | Sequence[str]) -> Manifest:
+    """Return the manifest of a results folder, made now or extended by what is new in `listing`.
+
+    listing: photos as found, or names of recorded photos. Several machines may do this at once: one of them writes.
+    """
+    newcomers = Newcomers(folder, listing if not isinstance(listing, Listing) else Search.of(listing), read(folder))
+    newcomers.allow()
+    try:
+        return newcomers.result()
+    finally:
+        newcomers.close()
+
+
+def compared(
+    folder: Folder, known: Manifest | None, listing: Listing | Sequence[str], duck: Any
+) -> tuple[Manifest, list[str]]:
+    """Return the manifest and which names of the listing it lacks, relative to its own root."""
+    root = listing.root if isinstance(listing, Listing) else None
+    names = listing.names if isinstance(listing, Listing) else sorted(set(listing))
+    if known is None:
+        return Manifest(folder, root), list(names)
+    new = _lacking(known.names(duck), names)
+    home = known.moved_to or known.root
+    if home in (root, None) or root is None:
+        return known, new
+    # Mounted elsewhere now? A photo or two may have been renamed or deleted in the meantime.
+    if 2 * (len(names) - len(new)) > len(known) and _same_files(folder, known, root, duck):
+        return known.moved(root), new
+    if is_url(root) or is_url(home):
+        raise OutputError(f"the results so far are of photos in {home}, not {root}: name another --out, or --restart")
+    anew = sorted(os.path.relpath(locate(root, n), home).replace(os.sep, "/") for n in names)
+    return known, _lacking(known.names(duck), anew)
+
+
+def _same_files(folder: Folder, known: Manifest, root: str, duck: Any) -> bool:
+    """Return whether photos of the same names below another folder are the ones that were measured, and not others.
+
+    Cameras count from IMG_0001.JPG on in every folder. Of some that were measured the bytes are compared; most of them
+    have to agree, since whoever moves an archive may have edited a photo or two.
+    """
+    there = sorted(s for s in finished(folder) if s < known.n_shards)
+    asked = there[:: max(1, len(there) // _FILES_COMPARED)][:_FILES_COMPARED]
+    compared = [(sha256_of(locate(root, photo)), digest) for photo, digest in measured_files(folder, asked, duck)]
+    agreed = [now == before for now, before in compared if now]
+    return 2 * sum(agreed) >= len(agreed)
+
+
+def _lacking(known: Iterator[str], names: Sequence[str]) -> list[str]:
+    """Return the names that are not known; both come in their order, so that only the new ones are kept."""
+    new: list[str] = []
+    current = next(known, None)
+    for name in names:
+        while current is not None and current < name:
+            current = next(known, None)
+        if current != name:
+            new.append(name)
+    return new
+
+
+def append(folder: Folder, manifest: Manifest, new: Sequence[str], duck: Any) -> bool:
+    """Write the new photos as one more manifest file; return whether nobody else was first."""
+    root = manifest.moved_to or manifest.root
+    none = np.full(len(new), -1, dtype=np.int64)
+    sizes, alike, older_shards = none, Copies(none, none), none
+    if root is not None:
+        sizes, alike, older_shards = _alike(folder, manifest, root, new, duck)
+    shards, earlier = shards_of(alike.twin, manifest.n_shards)
+    older_shards = np.where(older_shards >= 0, older_shards, earlier)
+    duck.register("newcomers", {
+        "shard": shards, "photo": np.array(new, dtype=object), "bytes": sizes, "twin": alike.twin,
+        "original_shard": older_shards,
+    })  # fmt: skip
+    header = quoted(json.dumps({"schema": SCHEMA, "root": manifest.root}))
+    with folder.scratch() as path:
+        duck.execute(
+            "COPY (SELECT shard::INTEGER AS shard, photo::VARCHAR AS photo, nullif(bytes, -1) AS bytes, "
+            "nullif(twin, -1) AS twin, nullif(original_shard, -1)::INTEGER AS original_shard FROM newcomers "
+            f"ORDER BY shard, photo) TO {quoted(path)} "
+            f"(FORMAT parquet, COMPRESSION zstd, ROW_GROUP_SIZE 20480, KV_METADATA {{proxemetry: {header}}})"
+        )
+        duck.unregister("newcomers")
+        with open(path, "rb") as file:
+            return folder.create(name_of(manifest.files), file.read())
+
+
+def _alike(
+    folder: Folder, manifest: Manifest, root: str, new: Sequence[str], duck: Any
+) -> tuple[Sizes, Copies, NDArray[np.int64]]:
+    """Return the new photos' sizes, which of them may be copies, and the shards of the older ones they may be of."""
+    sizes = sizes_of(root, new)
+    old_names, old_sizes, old_shards = _older(folder, manifest, sizes, duck)
+    chosen = np.flatnonzero(repeated(sizes, old_sizes))
+    ends = ends_of(root, [new[i] for i in chosen.tolist()], sizes[chosen])
+    old_ends: Ends = ends_of(root, old_names, old_sizes)
+    found = copies(sizes[chosen], ends, old_sizes, old_ends)
+    none = np.full(len(new), -1, dtype=np.int64)
+    twin, shard = none.copy(), none.copy()
+    twin[chosen] = np.where(found.twin >= 0, chosen[found.twin], -1)
+    shard[chosen] = np.append(old_shards, -1)[found.original]
+    # A file that is gone has no end to compare: a new one of its size may be it, renamed.
+    gone = {
+        size: at
+        for name, size, at in zip(old_names, old_sizes.tolist(), old_shards.tolist(), strict=True)
+        if FileState.of(locate(root, name)) is None
+    }
+    renamed = [gone.get(size, -1) for size in sizes.tolist()] if gone else none
+    shard = np.where(shard < 0, renamed, shard)
+    return sizes, Copies(twin, shard), shard
+
+
+def _older(folder: Folder, manifest: Manifest, sizes: Sizes, duck: Any) -> tuple[list[str], Sizes, NDArray[np.int64]]:
+    """Return names, sizes and shards of the photos in the manifest that are as large as a new one."""
+    if not manifest.files:
+        nothing = np.zeros(0, dtype=np.int64)
+        return [], nothing, nothing
+    duck.register("looked_for", {"bytes": np.unique(sizes[sizes >= 0])})
+    rows = duck.execute(
+        "SELECT photo, bytes, shard FROM read_parquet($paths) SEMI JOIN looked_for USING (bytes) ORDER BY shard, photo",
+        {"paths": paths(folder)},
+    ).fetchall()
+    duck.unregister("looked_for")
+    size, shard = (np.array([row[k] for row in rows], dtype=np.int64) for k in (1, 2))
+    return [row[0] for row in rows], size, shard
+
+
+def shards_of(twins: NDArray[np.int64], first: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Return each photo's shard, and the shard that may have measured the same file before, -1 for most.
+
+    Shards are even runs in the order of names. Twins join the first of them in its shard, as long as that does not
+    grow out of all proportion: a thousand like files go into shards of their own, which wait for the first.
+    """
+    n = len(twins)
+    size = max(1, min(MAX_SHARD, -(-n // SHARDS_OF_A_SMALL_RUN)))
+    leads = (twins < 0) | (twins == np.arange(n))
+    home = np.where(leads, (np.cumsum(leads) - 1) // size, -1)
+    home = np.where(leads, home, home[twins])
+    followers = np.flatnonzero(~leads)
+    followers = followers[np.argsort(home[followers], kind="stable")]
+    _, begins = np.unique(home[followers], return_index=True)
+    rank = np.arange(len(followers)) - np.repeat(begins, np.diff(np.append(begins, len(followers))))
+    leads[followers[rank >= COPIES_A_SHARD * size]] = True
+    shards = first + (np.cumsum(leads) - 1) // size
+    of_first = np.where(twins < 0, shards, shards[twins])
+    joined = np.where(leads, shards, of_first)
+    return joined, np.where(of_first < joined, of_first, -1)

@@ -1,0 +1,248 @@
+"""A whole run: which photos, with what, by whom, and the tables at the end."""
+
+from __future__ import annotations
+
+import json
+import os
+import platform
+from collections.abc import Callable, Collection, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Any
+
+from ...errors import OutputError, SettingsError
+from ...people import PoseBackend
+from ...pose import backend_named
+from ...version import __version__
+from ..store import manifest, parts
+from ..store.folder import OVERLAYS, RUN_FILE, Folder, is_url
+from ..store.identity import Identity, require_same
+from ..store.manifest import Manifest
+from ..store.parts import Counts
+from ..store.photos import Search, search
+from ..store.results import Results, forget, write_run
+from .changed_files import Changes
+from .manifest_update import Newcomers
+from .schedule import Progress, Schedule
+from .work import Job
+from .workers import Crew, OwnProcess
+
+ENGINES = ("local", "ray")
+MAX_JOBS = 1024
+#: Photos whose tables are not written in a moment.
+_MANY = 50_000
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a run did. measured: this time. finished: shards there now, of n_shards; tables are there once all are."""
+
+    measured: Counts
+    photos: int
+    finished: int
+    n_shards: int
+
+    @property
+    def complete(self) -> bool:
+        """Whether every shard is there, and so the tables."""
+        return self.finished == self.n_shards
+
+
+def run(
+    paths: Sequence[str],
+    job: Job,
+    *,
+    jobs: int | None = None,
+    engine: str = "local",
+    shard: tuple[int, int] | None = None,
+    restart: bool = False,
+    safe_distance_m: float | None = None,
+    tell: Callable[[Progress], None] = lambda _: None,
+) -> Outcome:
+    """Measure photos into the folder `job.results`, going on where an earlier run with the same settings stopped.
+
+    paths: photos, folders, globs, URLs; empty for recorded keypoints without photos, or to go on with the photos
+    that the folder lists. jobs: worker processes, one a core where None; 0 measures in this process. engine: "local"
+    or "ray". shard: (i, n) does only every n-th shard, the i-th from 1. restart: begin anew. tell: hears of progress.
+
+    Raises SettingsError, ModelError or KeypointsError where what is asked for cannot be had, OutputError where the
+    folder cannot be written or holds results made otherwise.
+    """
+    if engine not in ENGINES:
+        raise SettingsError(f"engine {engine!r} is unknown: use one of {', '.join(ENGINES)}")
+    if shard is not None and not 1 <= shard[0] <= shard[1]:
+        raise SettingsError(f"--shard {shard[0]}/{shard[1]}: write i/N with i from 1 to N")
+    named = _named(paths, job)
+    folder = Folder(job.results)
+    if restart:
+        forget(folder)
+    elif named is None and not folder.exists(RUN_FILE):
+        raise SettingsError("no photos named: proxemetry measure PATH... --out DIR")
+    folder.sweep(parts.FOLDER)
+    crew, newcomers, changes = _crew(job, jobs, engine), None, None
+    is_mine = partial(_is_mine, share=shard)
+    try:
+        listed, there = _listed(folder), parts.finished(folder)
+        if named is not None:
+            newcomers = Newcomers(folder, named, listed)
+        crew.load()
+        identity = Identity(__version__, crew.pose, dict(crew.models), _settings(job))
+        _join(folder, identity, there)
+        listed, later = _begun(folder, named, listed, newcomers)
+        changes = None if newcomers is None else Changes(folder, newcomers, is_mine)
+        schedule = Schedule(crew, job, folder, listed, identity.metadata(), tell, later, changes, is_mine)
+        if measured := sum(listed.shard_sizes[s] for s in there if s < listed.n_shards):
+            tell(Progress(0, 0, 0, note=f"{measured} of {len(listed)} photos are measured already"))
+        counts = schedule.run(s for s in range(listed.n_shards) if s not in there and is_mine(s))
+        if counts.again:
+            tell(Progress(0, 0, 0, note=_said_again(counts.again)))
+    finally:
+        for thread in (newcomers, changes):
+            if thread is not None:
+                thread.close()
+        crew.close()
+        folder.sweep(parts.FOLDER)  # after a refusal as well: a worker may have been too busy to unwind
+    return _concluded(folder, schedule.manifest, counts, safe_distance_m, tell)
+
+
+def _named(paths: Sequence[str], job: Job) -> Search | Sequence[str] | None:
+    """Return where photos are named; those that recorded keypoints name where no photo is; None without either."""
+    found = search(paths) if paths else None
+    if job.pose.startswith("recorded:") and (found is None or not found.any()):
+        backend: PoseBackend = backend_named(job.pose, job.options)
+        return list(getattr(backend, "photos", ()))
+    if found is None:
+        return None
+    if not found.any():
+        raise found.nothing()
+    if is_url(job.results) or is_url(found.root):
+        return found
+    # What an earlier run drew is no photo of the archive.
+    results = Folder(job.results).location
+    return replace(found, without=f"{results}/{OVERLAYS}" if results in found.folders else results)
+
+
+def _listed(folder: Folder) -> Manifest | None:
+    """Return the photos listed so far, where they were when the run went on last, if that is still there."""
+    listed = manifest.read(folder)
+    if listed is None or not folder.exists(RUN_FILE):
+        return listed
+    last = Results(folder).run.get("photos_in")
+    moved = last is not None and last != listed.root and (is_url(last) or os.path.isdir(last))
+    return listed.moved(last) if moved else listed
+
+
+def _begun(
+    folder: Folder, named: Search | Sequence[str] | None, listed: Manifest | None, newcomers: Newcomers | None
+) -> tuple[Manifest, Newcomers | None]:
+    """Return the manifest to begin with, and what may still come: a resumed run does not wait for the walk."""
+    if newcomers is None:
+        if listed is None:
+            raise OutputError(f"{folder.location}: no run to go on with there; name the photos to measure")
+        return listed, None
+    newcomers.allow()
+    if listed is not None and isinstance(named, Search) and named.root == (listed.moved_to or listed.root):
+        return listed, newcomers
+    return newcomers.result(), None
+
+
+def _said_again(count: int) -> str:
+    if count == 1:
+        return "1 photo had been replaced since it was measured, and was measured again"
+    return f"{count} photos had been replaced since they were measured, and were measured again"
+
+
+def _crew(job: Job, jobs: int | None, engine: str) -> Crew:
+    if engine == "ray":
+        from .cluster import RayCrew
+
+        return RayCrew(job, jobs)
+    if jobs == 0:
+        return OwnProcess(job)
+    from .pool import Pool, default_jobs
+
+    return Pool(job, min(jobs or default_jobs(), MAX_JOBS))
+
+
+def _settings(job: Job) -> dict[str, Any]:
+    """Return every setting that changes a number, as JSON values; what only changes the speed is not among them."""
+    options = job.options
+    return {
+        **job.settings.to_dict(), "effort": options.effort, "device": options.device, "flip": options.flip,
+        "with_names": job.with_names, "with_gps": job.with_gps,
+    }  # fmt: skip
+
+
+def _is_mine(shard: int, share: tuple[int, int] | None) -> bool:
+    return share is None or shard % share[1] == share[0] - 1
+
+
+def _join(folder: Folder, identity: Identity, there: Collection[int]) -> None:
+    """Begin a run, or make sure that what is there was made the same way; raises OutputError where it was not.
+
+    All parts of a folder are of the run that its `run.json` tells of, so that the first and the last speak for them;
+    without it every part is asked.
+    """
+    in_order = sorted(there)
+    fields = {
+        "schema": "proxemetry.run/1",
+        "version": identity.version,
+        "pose": identity.pose,
+        "models": dict(identity.models),
+        "settings": dict(identity.settings),
+        "metadata": identity.metadata(),
+        "python": platform.python_version(),
+        "platform": platform.platform(),
+        "packages": _packages(),
+    }
+    if folder.create(RUN_FILE, (json.dumps(fields, indent=2) + "\n").encode()):
+        before = [identity.metadata()]
+    else:
+        before = [Results(folder).run["metadata"]]
+        in_order = sorted({*in_order[:1], *in_order[-1:]})
+    for other in (*before, *parts.metadata_of(folder, in_order)):
+        require_same(identity, other, folder.location)
+
+
+def _packages() -> dict[str, str]:
+    from importlib.metadata import PackageNotFoundError, version
+
+    found: dict[str, str] = {}
+    for package in ("numpy", "scipy", "pillow", "duckdb", "ai-edge-litert", "onnxruntime", "opencv-python-headless"):
+        try:
+            found[package] = version(package)
+        except PackageNotFoundError:
+            continue
+    return found
+
+
+def _concluded(
+    folder: Folder, listed: Manifest, counts: Counts, safe_distance_m: float | None, tell: Callable[[Progress], None]
+) -> Outcome:
+    """Write the tables where every part is there, corrections applied."""
+    outcome = Outcome(counts, len(listed), len(parts.finished(folder)), listed.n_shards)
+    if outcome.complete:
+        results = Results(folder)
+        if not results.tables_are_current(safe_distance_m):
+            if len(listed) > _MANY:
+                done = counts.photos
+                tell(
+                    Progress(done, done, counts.failed, note="writing the tables: of a million photos it takes minutes")
+                )
+            results.write_tables(safe_distance_m)
+        fields = results.run
+        last = {**fields, "safe_distance_m": safe_distance_m, "photos_in": listed.moved_to or listed.root}
+        if last != fields:
+            write_run(folder, last)
+        _tell_of_corrections(results, tell)
+    return outcome
+
+
+def _tell_of_corrections(results: Results, tell: Callable[[Progress], None]) -> None:
+    """Say so where somebody corrected a file that is not among the photos any more: work that no number shows."""
+    lost = results.corrections_of_no_photo()
+    if lost:
+        said = "1 corrected photo is" if len(lost) == 1 else f"{len(lost)} corrected photos are"
+        named = f"{', '.join(lost[:3])}{', ...' if len(lost) > 3 else ''}"
+        note = f"{said} another file now or gone ({named}): the corrections are kept for the file they were made on"
+        tell(Progress(0, 0, 0, note=note))

@@ -1,0 +1,221 @@
+"""Shards to workers, and what to do when one of them does not come back."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field
+from typing import Protocol
+
+from ..store import parts
+from ..store.folder import Folder
+from ..store.manifest import Item, Manifest
+from ..store.parts import Counts, Record
+from .changed_files import Found
+from .work import Finished, Job, Task, died
+from .workers import Crew, Died, Done, Ticked
+
+#: How often a photo may end the process that measures it, before its row says so: a process may also be killed by
+#: whoever else needs the memory.
+_TRIES = 2
+#: How many shards that have to wait for others are passed over.
+_LOOK_AHEAD = 64
+
+
+@dataclass(frozen=True)
+class Progress:
+    """How far a run is: photos done by this run, of how many, how many of them failed.
+
+    errors: bugs met just now. note: what else there is to tell.
+    """
+
+    done: int
+    total: int
+    failed: int
+    errors: tuple[str, ...] = ()
+    note: str = ""
+
+
+@dataclass
+class _Apart:
+    """A shard being measured photo by photo, after a worker died of it."""
+
+    rows: dict[str, Record] = field(default_factory=dict[str, Record])
+    deaths: dict[str, int] = field(default_factory=dict[str, int])
+
+
+class Later(Protocol):
+    """A manifest that is still being completed."""
+
+    def done(self) -> bool:
+        """Return whether `result` would not wait."""
+        ...
+
+    def result(self) -> Manifest:
+        """Return the whole manifest."""
+        ...
+
+
+class Changed(Protocol):
+    """A look at the measured photos' files."""
+
+    def begin(self) -> None:
+        """Let it begin."""
+        ...
+
+    def done(self) -> bool:
+        """Return whether `result` would not wait."""
+        ...
+
+    def result(self) -> Found:
+        """Return what was found."""
+        ...
+
+
+@dataclass
+class Schedule:
+    """One pass over the shards of a run. `run` returns what was counted; `tell` hears of every step.
+
+    is_mine: which shards this run does. later: photos that may come while it works. changed: photos that may have to be
+    measured again.
+    """
+
+    crew: Crew
+    job: Job
+    folder: Folder
+    manifest: Manifest
+    metadata: Mapping[str, str]
+    tell: Callable[[Progress], None] = lambda _: None
+    later: Later | None = None
+    changed: Changed | None = None
+    is_mine: Callable[[int], bool] = lambda _: True
+
+    def run(self, shards: Iterable[int]) -> Counts:
+        """Measure these shards; raises OutputError where a part cannot be written."""
+        self._waiting: deque[int] = deque()
+        self._unfinished: set[int] = set()
+        self._alone: deque[Task] = deque()
+        self._apart: dict[int, _Apart] = {}
+        self._running: dict[Task, int] = {}
+        self._counts, self._photos, self._total = Counts(), 0, 0
+        self._extend(shards)
+        while True:
+            busy = bool(self._waiting or self._alone or self._running)
+            if self.later is not None and (not busy or self.later.done()):
+                self._take_in(self.later.result())
+            elif self.changed is not None and (not busy or self.changed.done()):
+                self._take_up(self.changed.result())
+            elif not busy:
+                return self._counts
+            else:
+                self._step()
+
+    def _extend(self, shards: Iterable[int]) -> None:
+        new = list(shards)
+        self._waiting.extend(new)
+        self._unfinished.update(new)
+        self._total += sum(self.manifest.shard_sizes[s] for s in new)
+        if new:
+            self.crew.expect(self._total - self._photos)
+            self._tell()
+
+    def _take_in(self, manifest: Manifest) -> None:
+        """Go on with the whole manifest, which has what came later."""
+        before, self.manifest, self.later = self.manifest.n_shards, manifest, None
+        self._extend(s for s in range(before, manifest.n_shards) if self.is_mine(s))
+
+    def _take_up(self, found: Found) -> None:
+        """Do the shards again in which photos are not what was measured."""
+        self.changed = None
+        if found.gone:
+            which = "photo that was measured is", "photos that were measured are"
+            self._note(
+                f"{_counted(found.gone, *which)} not there any more ({found.example}): what was deleted, renamed or "
+                "moved keeps its rows until --restart, beside those under its new name"
+            )
+        if found.unlike:
+            said = _counted(found.unlike, "photo has", "photos have")
+            self._note(f"{said} another size or date than when measured: what is another picture is measured again")
+        self._extend(sorted(found.shards - self._unfinished))
+
+    def _note(self, text: str) -> None:
+        self.tell(Progress(0, 0, 0, note=text))
+
+    def _step(self) -> None:
+        while self.crew.idle() and (task := self._next()) is not None:
+            self._running[task] = 0
+            self.crew.submit(task)
+        for event in self.crew.wait():
+            self._hear(event)
+
+    def _next(self) -> Task | None:
+        """Return the next task; a shard with copies of photos whose shard is being measured has to wait for that."""
+        if self._alone:
+            return self._alone.popleft()
+        for place, shard in enumerate(self._waiting):
+            items = self.manifest.items(shard)
+            if self._unfinished.isdisjoint(i.original_shard for i in items if i.original_shard is not None):
+                del self._waiting[place]
+                return Task(shard, items, self.metadata)
+            if place >= _LOOK_AHEAD:
+                break
+        return None
+
+    def _hear(self, event: Ticked | Done | Died) -> None:
+        errors: tuple[str, ...] = ()
+        if self.changed is not None:
+            self.changed.begin()  # the first photo does not wait for it
+        match event:
+            case Ticked(task):
+                self._running[task] += 1
+            case Done(task, finished):
+                del self._running[task]
+                errors = finished.errors
+                self._collect(task, finished)
+            case Died(task, how):
+                del self._running[task]
+                self._retry(task, how)
+        self._tell(errors)
+
+    def _tell(self, errors: tuple[str, ...] = ()) -> None:
+        done = self._photos + sum(self._running.values())
+        self.tell(Progress(done, self._total, self._counts.failed, errors))
+
+    def _collect(self, task: Task, finished: Finished) -> None:
+        if task.alone:
+            assert finished.record is not None
+            self._keep(task.shard, task.items[0], finished.record)
+        else:
+            self._add(finished.counts)
+            self._unfinished.discard(task.shard)
+
+    def _add(self, counts: Counts) -> None:
+        self._counts += counts
+        self._photos += counts.photos
+
+    def _retry(self, task: Task, how: str) -> None:
+        """Measure the photos of a lost shard one by one; one that ends its process again becomes a row."""
+        apart = self._apart.setdefault(task.shard, _Apart())
+        if len(task.items) == 1:  # it was this photo, or bad luck: once more will tell
+            (item,) = task.items
+            apart.deaths[item.photo] = apart.deaths.get(item.photo, 0) + 1
+        for item in task.items:
+            if apart.deaths.get(item.photo, 0) < _TRIES:
+                self._alone.append(Task(task.shard, (item,), task.metadata, alone=True))
+            else:
+                self._keep(task.shard, item, died(item, how, self.job, self.crew.pose, self.crew.models))
+
+    def _keep(self, shard: int, item: Item, record: Record) -> None:
+        """Keep a row of a shard measured photo by photo; with the last of them the part is written."""
+        rows = self._apart[shard].rows
+        rows[item.photo] = record
+        self._add(record.counts)
+        items = self.manifest.items(shard)
+        if len(rows) == len(items):
+            parts.write(self.folder, shard, [rows[i.photo] for i in items], self.metadata)
+            del self._apart[shard]
+            self._unfinished.discard(shard)
+
+
+def _counted(count: int, one: str, many: str) -> str:
+    return f"{count} {one if count == 1 else many}"

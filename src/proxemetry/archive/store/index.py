@@ -1,0 +1,91 @@
+"""One line a photo of a results folder: what a person sorts, filters and picks by."""
+
+from __future__ import annotations
+
+import math
+import posixpath
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...camera.focal import ASSUMED
+from ...scene import Scene
+from . import parts
+from .parts import attached
+from .results import Results
+
+
+@dataclass(frozen=True)
+class Summary:
+    """What is known of a photo at a glance.
+
+    group: the folder it lies in. nearest_m: the nearest pair's distance. spread: the widest of its intervals relative
+    to the distance; NaN where there is none. doubtful: the camera carries a flag or a guessed focal length.
+    """
+
+    photo: str
+    sha256: str
+    status: str
+    reason: str
+    n_people: int
+    n_pairs: int
+    nearest_m: float
+    spread: float
+    doubtful: bool
+    corrections: int = 0
+
+    @property
+    def group(self) -> str:
+        """The folder that the photo lies in, "" for the one named."""
+        return posixpath.dirname(self.photo)
+
+
+def summary_of(scene: Scene) -> Summary:
+    """Return the summary of one scene."""
+    metres = scene.distances_m
+    known = np.isfinite(metres)
+    widths = (scene.distances.high_m - scene.distances.low_m)[known] / metres[known]
+    camera = scene.camera.camera
+    return Summary(
+        scene.photo,
+        scene.sha256,
+        scene.status,
+        scene.reason or "",
+        len(scene),
+        int(known.sum()) // 2,
+        float(metres[known].min(initial=math.inf)) if known.any() else math.nan,
+        float(np.nanmax(widths)) if np.isfinite(widths).any() else math.nan,
+        bool(scene.camera.flags) or (camera is not None and camera.source.startswith(ASSUMED)),
+        int(scene.about.get("corrections", 0)),
+    )
+
+
+def summaries(results: Results) -> list[Summary]:
+    """Return the summaries of a results folder in the order of the photos' names, corrections applied.
+
+    The measured ones come from the tables inside the parts: no scene is read for them.
+    """
+    changed = {photo: summary_of(scene) for photo, scene in results.corrected().items()}
+    if not parts.finished(results.folder):
+        return []
+    rows = (
+        attached(results.folder)
+        .execute(
+            "SELECT photo, coalesce(sha256, ''), status, coalesce(reason, ''), coalesce(n_people, 0), "
+            "coalesce(n_pairs, 0), "
+            "list_min(list_transform(pairs, lambda p: p.distance_m)), "
+            "list_max(list_transform(pairs, lambda p: (p.high_m - p.low_m) / p.distance_m)), "
+            f"coalesce(camera_flags, '') != '' OR starts_with(coalesce(focal_source, ''), '{ASSUMED}') "
+            f"FROM {parts.every_row(results.folder)} ORDER BY photo"
+        )
+        .fetchall()
+    )
+    return [
+        changed.get(photo)
+        or Summary(photo, sha256, status, reason, people, pairs, _number(nearest), _number(spread), doubtful)
+        for photo, sha256, status, reason, people, pairs, nearest, spread, doubtful in rows
+    ]
+
+
+def _number(value: float | None) -> float:
+    return math.nan if value is None else float(value)

@@ -1,0 +1,125 @@
+"""The frozen list of a run's photos and the shards they are worked in.
+
+A manifest is written once, before anything is measured, and read ever after: who joins or resumes a run works on the
+same shards. Photos that came later are appended as a further manifest file with shards of its own (see `newcomers`).
+Of ten million photos only the shards that are asked for are in memory.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from ...errors import OutputError
+from .folder import Folder
+from .parts import attached
+from .photos import locate
+
+FOLDER = "manifest"
+SCHEMA = "proxemetry.manifest/3"
+
+#: Shards are read so many at a time.
+_SHARDS_AT_ONCE = 64
+
+
+@dataclass(frozen=True)
+class Item:
+    """One photo of a shard. location: path or URL, None where only keypoints are recorded.
+
+    twin: photos of one shard with the same number may be copies of one file (same size, same end). original_shard: an
+    earlier shard that may have measured the same file.
+    """
+
+    photo: str
+    location: str | None
+    twin: int | None = None
+    original_shard: int | None = None
+
+
+@dataclass(frozen=True)
+class Manifest:
+    """What a results folder is about: `root` is None where photos are only names. shard_sizes: photos of each shard."""
+
+    folder: Folder = field(compare=False)
+    root: str | None
+    shard_sizes: tuple[int, ...] = ()
+    files: int = 0
+    moved_to: str | None = field(default=None, compare=False)
+    _read: dict[int, list[Item]] = field(default_factory=dict[int, list[Item]], compare=False, repr=False)
+
+    def __len__(self) -> int:
+        return sum(self.shard_sizes)
+
+    @property
+    def n_shards(self) -> int:
+        """How many shards there are, numbered from 0."""
+        return len(self.shard_sizes)
+
+    def moved(self, root: str | None) -> Manifest:
+        """Return the same photos, found below another folder now."""
+        return replace(self, moved_to=root, _read={})
+
+    def items(self, shard: int) -> tuple[Item, ...]:
+        """Return the photos of a shard, in the order of their names."""
+        if shard not in self._read:
+            self._read.clear()
+            self._read.update(self._items(shard, shard + _SHARDS_AT_ONCE))
+        return tuple(self._read[shard])
+
+    def _items(self, first: int, end: int) -> dict[int, list[Item]]:
+        root = self.moved_to or self.root
+        rows = attached(self.folder).execute(
+            "SELECT shard, photo, twin, original_shard FROM read_parquet($paths) WHERE shard >= $first AND "
+            "shard < $end ORDER BY shard, photo",
+            {"paths": paths(self.folder), "first": first, "end": end},
+        )
+        found: dict[int, list[Item]] = {}
+        for shard, photo, twin, original in rows.fetchall():
+            location = None if root is None else locate(root, photo)
+            found.setdefault(shard, []).append(Item(photo, location, twin, original))
+        return found
+
+    def names(self, duck: Any = None) -> Iterator[str]:
+        """Yield all photos' names in their order. duck: a DuckDB cursor to use, where this is not the only thread."""
+        if not self.files:
+            return
+        cursor = attached(self.folder).cursor() if duck is None else duck
+        cursor.execute("SELECT photo FROM read_parquet($paths) ORDER BY photo", {"paths": paths(self.folder)})
+        while batch := cursor.fetchmany(10_000):
+            yield from (name for (name,) in batch)
+
+
+def name_of(number: int) -> str:
+    """Return the name of a manifest's file."""
+    return f"{FOLDER}/manifest-{number:03d}.parquet"
+
+
+def paths(folder: Folder) -> list[str]:
+    """Return the paths or URLs of a results folder's manifest files."""
+    return [folder.path(f"{FOLDER}/{name}") for name in folder.names(FOLDER, ".parquet")]
+
+
+def read(folder: Folder, duck: Any = None) -> Manifest | None:
+    """Return the manifest of a results folder, None where there is none; raises OutputError for another kind.
+
+    duck: a DuckDB cursor to use, where this is not the only thread.
+    """
+    files = paths(folder)
+    if not files:
+        return None
+    duck = attached(folder) if duck is None else duck
+    (header,) = duck.execute(
+        "SELECT decode(value) FROM parquet_kv_metadata($path) WHERE decode(key) = 'proxemetry'", {"path": files[0]}
+    ).fetchone()
+    fields: dict[str, Any] = json.loads(header)
+    if fields["schema"] != SCHEMA:
+        raise OutputError(
+            f"{files[0]}: a list of photos of schema {fields['schema']!r}, made by another version of proxemetry; "
+            "use that one, name another --out, or begin anew with --restart"
+        )
+    sizes = duck.execute(
+        "SELECT count(*) FROM read_parquet($paths) GROUP BY shard ORDER BY shard", {"paths": files}
+    ).fetchall()
+    return Manifest(folder, fields["root"], tuple(size for (size,) in sizes), len(files))

@@ -1,0 +1,263 @@
+"""One Parquet part a shard: a row a photo, with the photo's table row, its people, its pairs and the whole scene."""
+
+from __future__ import annotations
+
+import glob
+import json
+import math
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+from ...scene import Scene
+from ...tables import TABLES, rows
+from .file_state import FileState
+from .folder import Folder
+
+FOLDER = "scenes"
+_FORMAT = "FORMAT parquet, COMPRESSION zstd"
+# Rows of photos of some names or with some hashes.
+_OF_THESE = "(photo IN (SELECT unnest($names::VARCHAR[])) OR sha256 IN (SELECT unnest($files::VARCHAR[])))"
+
+
+@dataclass(frozen=True)
+class Counts:
+    """How many photos went which way; sums over shards are sums of these.
+
+    again: photos that had been measured before, of another file under the same name.
+    """
+
+    photos: int = 0
+    failed: int = 0
+    no_camera: int = 0
+    people: int = 0
+    pairs: int = 0
+    again: int = 0
+
+    def __add__(self, other: Counts) -> Counts:
+        return Counts(*(getattr(self, n) + getattr(other, n) for n in self.__dataclass_fields__))
+
+
+@dataclass(frozen=True)
+class Record:
+    """One photo's row of a part, as JSON, and what it counts for."""
+
+    json: str
+    counts: Counts
+
+
+@dataclass(frozen=True)
+class Earlier:
+    """What a part says of a photo already, its row."""
+
+    fields: Mapping[str, Any]
+
+    @property
+    def file(self) -> FileState | None:
+        """The state of the file that was measured, None where none was read."""
+        size, modified_ns = self.fields["file_bytes"], self.fields["file_modified_ns"]
+        return None if size is None else FileState(size, modified_ns)
+
+    @property
+    def sha256(self) -> str:
+        """The SHA-256 of the file that was measured, "" where none was read."""
+        return self.fields["sha256"] or ""
+
+    def record(self, file: FileState | None) -> Record:
+        """Return the row as it stands, of a file with this state."""
+        found = self.fields
+        counts = Counts(
+            1, int(found["status"] == "failed"), int(found["status"] == "no_camera"), found["n_people"] or 0,
+            found["n_pairs"] or 0,
+        )  # fmt: skip
+        return Record(_text({**found, **_of_file(file)}), counts)
+
+
+def _text(fields: Mapping[str, Any]) -> str:
+    return json.dumps(fields, allow_nan=False, ensure_ascii=False)
+
+
+def _of_file(file: FileState | None) -> dict[str, int | None]:
+    size, modified_ns = (None, None) if file is None else (file.size, file.modified_ns)
+    return {"file_bytes": size, "file_modified_ns": modified_ns}
+
+
+def record_of(scene: Scene, file: FileState | None = None) -> Record:
+    """Return the row of a scene, and of the state that the file had when it was measured."""
+    (photo,) = rows("photos", scene)
+    nested = {
+        table: [{k: v for k, v in row.items() if k != "photo"} for row in rows(table, scene)]
+        for table in ("people", "pairs")
+    }
+    return Record(_text({**photo, **nested, "scene": scene.to_json(), **_of_file(file)}), _counts(scene))
+
+
+def _counts(scene: Scene) -> Counts:
+    return Counts(
+        photos=1,
+        failed=int(scene.status == "failed"),
+        no_camera=int(scene.status == "no_camera"),
+        people=len(scene),
+        pairs=scene.distances.below(math.inf),
+    )
+
+
+@cache
+def structure() -> str:
+    """Return the rows' structure as DuckDB's `from_json` takes it."""
+    fields: dict[str, Any] = {c.name: c.kind for c in TABLES["photos"]}
+    for table in ("people", "pairs"):
+        fields[table] = [{c.name: c.kind for c in TABLES[table] if c.name != "photo"}]
+    fields |= {"scene": "VARCHAR", "file_bytes": "BIGINT", "file_modified_ns": "BIGINT"}
+    return json.dumps([fields])
+
+
+def name_of(shard: int) -> str:
+    """Return the file name of a shard's part."""
+    return f"{FOLDER}/part-{shard:06d}.parquet"
+
+
+def finished(folder: Folder) -> set[int]:
+    """Return the shards whose part is there."""
+    return {int(name[5:-8]) for name in folder.names(FOLDER, ".parquet") if name.startswith("part-")}
+
+
+def every_row(folder: Folder) -> str:
+    """Return the rows of all parts as SQL to select from; there must be a part."""
+    # Of the pattern only the last star is one: a folder may be called "1990 [scans]".
+    return f"read_parquet({quoted(glob.escape(folder.path(FOLDER)) + '/part-*.parquet')})"
+
+
+def write(folder: Folder, shard: int, records: Iterable[Record], metadata: Mapping[str, str]) -> None:
+    """Write a shard's part, whole or not at all; raises OutputError where it cannot be written.
+
+    Where it takes the place of another, the tables that were made of that one go first: who is killed in between, or
+    looks in the meantime, shall not take them for those of this one.
+    """
+    if folder.exists(name_of(shard)):
+        for table in TABLES:
+            folder.remove(f"{table}.parquet")
+    text = f"[{','.join(r.json for r in records)}]"
+    pairs = ", ".join(f"{key}: {quoted(value)}" for key, value in sorted(metadata.items()))
+    with folder.writing(name_of(shard)) as temporary:
+        connection().execute(
+            f"COPY (SELECT unnest(from_json($rows::JSON, $structure), max_depth := 2)) TO {quoted(temporary)} "
+            f"({_FORMAT}, KV_METADATA {{{pairs}}})",
+            {"rows": text, "structure": structure()},
+        )
+
+
+def metadata_of(folder: Folder, shards: Iterable[int]) -> list[dict[str, str]]:
+    """Return the distinct metadata of parts."""
+    paths = [folder.path(name_of(s)) for s in shards]
+    if not paths:
+        return []
+    found = (
+        attached(folder)
+        .execute(
+            "SELECT DISTINCT map(list(decode(key) ORDER BY key), list(decode(value) ORDER BY key)) "
+            "FROM parquet_kv_metadata($paths) WHERE decode(key) LIKE 'proxemetry%' GROUP BY file_name",
+            {"paths": paths},
+        )
+        .fetchall()
+    )
+    return [dict(row[0]) for row in found]
+
+
+def measured_files(folder: Folder, shards: Iterable[int], cursor: Any = None) -> list[tuple[str, str]]:
+    """Return name and SHA-256 of one photo of each shard, none of a shard whose files could not be read.
+
+    cursor: of DuckDB, for who is not the only thread.
+    """
+    paths = [folder.path(name_of(s)) for s in shards]
+    if not paths:
+        return []
+    rows = (cursor or attached(folder)).execute(
+        "SELECT arg_min(photo, photo), arg_min(sha256, photo) FROM read_parquet($paths, filename = true) "
+        "WHERE coalesce(sha256, '') <> '' GROUP BY filename ORDER BY 1",
+        {"paths": paths},
+    )
+    return rows.fetchall()
+
+
+def scenes(
+    folder: Folder, photos: Iterable[str] | None = None, *, files: Iterable[str] | None = None
+) -> Iterator[Scene]:
+    """Yield the scenes of a results folder in the order of their names, as measured.
+
+    photos: the names of some; files: the SHA-256 of some, whatever they are called.
+    """
+    if not finished(folder):
+        return
+    every = every_row(folder)
+    cursor = attached(folder).cursor()
+    if photos is None and files is None:
+        cursor.execute(f"SELECT scene FROM {every} ORDER BY photo")
+    else:
+        cursor.execute(f"SELECT scene FROM {every} WHERE {_OF_THESE} ORDER BY photo", _these(photos, files))
+    while batch := cursor.fetchmany(64):
+        yield from (Scene.from_json(text) for (text,) in batch)
+
+
+def photos_of(folder: Folder, photos: Iterable[str], files: Iterable[str]) -> set[str]:
+    """Return which photos there are of these names, or with these SHA-256."""
+    if not finished(folder):
+        return set()
+    found = attached(folder).execute(f"SELECT photo FROM {every_row(folder)} WHERE {_OF_THESE}", _these(photos, files))
+    return {photo for (photo,) in found.fetchall()}
+
+
+def _these(photos: Iterable[str] | None, files: Iterable[str] | None) -> dict[str, list[str]]:
+    return {"names": sorted(set(photos or ())), "files": sorted(set(files or ()))}
+
+
+def earlier(folder: Folder, shard: int) -> dict[str, Earlier]:
+    """Return what a shard's part says of each of its photos, nothing where the part is not there."""
+    if not folder.exists(name_of(shard)):
+        return {}
+    found = attached(folder).execute(
+        "SELECT photo, to_json(part) FROM read_parquet($path) AS part", {"path": folder.path(name_of(shard))}
+    )
+    return {photo: Earlier(json.loads(text)) for photo, text in found.fetchall()}
+
+
+def copied(folder: Folder, shard: int, sha256: str, photo: str, file: FileState | None) -> Record | None:
+    """Return what a shard's part says of a file, as the row of `photo`, a copy; None where the part does not have it.
+
+    The row as it stands, not one made of its scene: that would round twice.
+    """
+    if not folder.exists(name_of(shard)):
+        return None
+    found = attached(folder).execute(
+        "SELECT to_json(part) FROM read_parquet($path) AS part WHERE sha256 = $sha256 LIMIT 1",
+        {"path": folder.path(name_of(shard)), "sha256": sha256},
+    )
+    row = found.fetchone()
+    if row is None:
+        return None
+    fields = json.loads(row[0])
+    scene = Scene.from_json(fields["scene"]).renamed(photo)
+    return Record(_text({**fields, "photo": photo, "scene": scene.to_json(), **_of_file(file)}), _counts(scene))
+
+
+@cache
+def connection(threads: int | None = 1) -> Any:
+    """Return this process's DuckDB: with one thread, since whatever runs in parallel runs as processes, or with all."""
+    import duckdb
+
+    config: dict[str, Any] = {"autoinstall_known_extensions": False}
+    return duckdb.connect(config=config if threads is None else {**config, "threads": threads})
+
+
+def attached(folder: Folder, threads: int | None = 1) -> Any:
+    """Return this process's DuckDB, able to read the folder."""
+    connected = connection(threads)
+    if folder.filesystem is not None and not connected.filesystem_is_registered(folder.location.partition("://")[0]):
+        connected.register_filesystem(folder.filesystem)
+    return connected
+
+
+def quoted(text: str) -> str:
+    """Return a text as an SQL literal."""
+    return "'" + text.replace("'", "''") + "'"

@@ -1,0 +1,203 @@
+"""Which photos a run is about: files, folders, globs and URLs as given, each with its name in the results."""
+
+from __future__ import annotations
+
+import glob
+import os
+import posixpath
+import re
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from ...errors import SettingsError
+from ...photo import EXTENSIONS
+from .folder import OVERLAYS, RUN_FILE, is_url, local_path, open_filesystem
+
+_ESCAPED = re.compile(rb"\\x([89a-f][0-9a-f])")
+_ENDINGS = frozenset(ending[1:] for ending in EXTENSIONS)
+
+
+@dataclass(frozen=True)
+class Listing:
+    """Photos by their name relative to `root`, the folder named (the deepest one that holds everything named)."""
+
+    root: str
+    names: tuple[str, ...]
+
+    def location(self, name: str) -> str:
+        """Return the path or URL of a photo."""
+        return locate(self.root, name)
+
+
+def locate(root: str, name: str) -> str:
+    """Return the path or URL of the photo called `name` relative to `root`."""
+    if is_url(root):
+        return posixpath.join(root, name)
+    path = os.path.normpath(os.path.join(root, name))
+    if "\\x" in name and not os.path.exists(path):  # a name of bytes that are no text, see `_readable`
+        path = os.fsdecode(_ESCAPED.sub(lambda found: bytes([int(found[1], 16)]), os.fsencode(path)))
+    return path
+
+
+def _readable(name: str) -> str:
+    r"""Return a file's name as text: of bytes that are no UTF-8, as old archives have them, \xfc stands for 0xFC."""
+    try:
+        name.encode()
+    except UnicodeEncodeError:
+        return os.fsencode(name).decode(errors="backslashreplace")
+    return name
+
+
+@dataclass(frozen=True)
+class Search:
+    """What was named, before any folder is walked.
+
+    found: files named outright. without: a folder that is not walked. names: all of them, where they are known already.
+    """
+
+    root: str
+    folders: tuple[str, ...] = ()
+    found: tuple[str, ...] = ()
+    said: str = ""
+    without: str = ""
+    names: tuple[str, ...] | None = None
+
+    @classmethod
+    def of(cls, listing: Listing) -> Search:
+        """Return the search that finds a listing."""
+        return cls(listing.root, names=listing.names)
+
+    def any(self) -> bool:
+        """Return whether there is a photo at all, looking no further than the first; a store is taken to have some."""
+        if self.names or self.found or is_url(self.root):
+            return True
+        return any(True for folder in self.folders for _ in _files(folder, self.without))
+
+    def listing(self, stop: Callable[[], bool] = lambda: False) -> Listing:
+        """Return all photos in the order of their names; raises SettingsError where there is none.
+
+        stop: asked now and then whether to end early, with what was found so far.
+        """
+        if self.names is not None:
+            return Listing(self.root, self.names)
+        files = list(self.found)
+        for folder in self.folders:
+            files.extend(_files(folder, self.without, stop))
+        if not files:
+            raise self.nothing()
+        if is_url(self.root):
+            bare = self.root.partition("://")[2]
+            return Listing(self.root, tuple(sorted({posixpath.relpath(file, bare) for file in files})))
+        start = len(self.root) + (not self.root.endswith(os.sep))  # all files lie below the root: cutting is quick
+        names = [file[start:] for file in files]
+        if os.sep != "/":
+            names = [name.replace(os.sep, "/") for name in names]
+        if not all(map(str.isascii, names)):
+            names = [_readable(name) for name in names]
+        once = names if len(self.folders) == 1 and not self.found else set(names)
+        return Listing(self.root, tuple(sorted(once)))
+
+    def nothing(self) -> SettingsError:
+        """Return what to raise where no photo is found."""
+        return SettingsError(f"{self.said}: no photos there ({' '.join(EXTENSIONS)} are looked for)")
+
+
+def find_photos(paths: Sequence[str]) -> Listing:
+    """Return all photos in the files, folders, globs and URLs given; raises SettingsError, see `search`."""
+    return search(paths).listing()
+
+
+def search(paths: Sequence[str]) -> Search:
+    """Return what is named by files, folders, globs and URLs.
+
+    A file named outright is a photo whatever its ending; folders are searched, all the way down, for
+    `photo.EXTENSIONS`. Raises SettingsError where something named does not exist.
+    """
+    if any(map(is_url, paths)):
+        return _search_remote(paths)
+    roots: list[str] = []
+    files: list[str] = []
+    folders: list[str] = []
+    for path in map(local_path, paths):
+        for found in _expanded(path):
+            is_folder = os.path.isdir(found)
+            folder = found if is_folder else os.path.dirname(found)
+            roots.append(os.path.abspath(_fixed_part(path) if glob.has_magic(path) else folder or "."))
+            (folders if is_folder else files).append(os.path.abspath(found))
+    return Search(os.path.commonpath(roots), tuple(dict.fromkeys(folders)), tuple(files), ", ".join(paths))
+
+
+def _expanded(path: str) -> list[str]:
+    if os.path.exists(path):
+        return [path]
+    if glob.has_magic(path):
+        found = [p for p in glob.glob(path, recursive=True) if os.path.isdir(p) or p.lower().endswith(EXTENSIONS)]
+        if found:
+            return sorted(found)
+        raise SettingsError(f"{path}: no photos match")
+    raise SettingsError(f"{path}: no such file or folder")
+
+
+def _fixed_part(pattern: str) -> str:
+    """Return the deepest folder of a glob pattern without wildcards."""
+    head = pattern
+    while glob.has_magic(head):
+        head = os.path.dirname(head)
+    return head or "."
+
+
+def _files(folder: str, without: str = "", stop: Callable[[], bool] = lambda: False) -> Iterator[str]:
+    """Yield the photos in a folder and below; hidden ones are left out, and what earlier runs drew of others."""
+    if "://" in folder:
+        filesystem: Any = open_filesystem(folder)
+        yield from (f for f in filesystem.find(filesystem._strip_protocol(folder)) if f.lower().endswith(EXTENSIONS))
+        return
+    open_folders = [folder]
+    while open_folders and not stop():
+        where = open_folders.pop()
+        if where == without:
+            continue
+        prefix = os.path.join(where, "")
+        try:
+            entries = list(os.scandir(where))
+        except OSError as error:
+            raise SettingsError(f"{where}: cannot be read ({error.strerror})") from error
+        for entry in entries:  # a million times in a large archive
+            name = entry.name
+            if name[0] == ".":
+                continue
+            if name.rpartition(".")[2].lower() in _ENDINGS and not entry.is_dir():
+                yield prefix + name
+            elif entry.is_dir(follow_symlinks=False) and not (  # a link may lead back here
+                name == OVERLAYS and os.path.isfile(prefix + RUN_FILE)
+            ):
+                open_folders.append(prefix + name)
+
+
+def _search_remote(paths: Sequence[str]) -> Search:
+    if not all(map(is_url, paths)):
+        raise SettingsError("photos are either all at URLs or all local: run twice, into two folders")
+    protocol = paths[0].partition("://")[0]
+    if any(p.partition("://")[0] != protocol for p in paths):
+        raise SettingsError("photos at URLs must all be on one kind of store: run twice, into two folders")
+    filesystem: Any = open_filesystem(paths[0])
+    roots: list[str] = []
+    files: list[str] = []
+    folders: list[str] = []
+    for path in paths:
+        bare = filesystem._strip_protocol(path)
+        matches = filesystem.glob(bare) if glob.has_magic(bare) else [bare]
+        for match in matches:
+            if filesystem.isdir(match):
+                roots.append(match)
+                folders.append(f"{protocol}://{match}")
+            elif filesystem.exists(match):
+                roots.append(posixpath.dirname(match))
+                files.append(match)
+            else:
+                raise SettingsError(f"{path}: no such file or folder")
+    if not roots:
+        raise SettingsError(f"{', '.join(paths)}: no photos match")
+    root = f"{protocol}://{posixpath.commonpath(roots)}"
+    return Search(root, tuple(dict.fromkeys(folders)), tuple(files), ", ".join(paths))

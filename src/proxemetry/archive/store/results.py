@@ -1,0 +1,244 @@
+"""A results folder as it is read: scenes with corrections applied, and the tables made of them."""
+
+from __future__ import annotations
+
+import json
+import os
+import tempfile
+from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from ...errors import OutputError
+from ...scene import Scene
+from ...tables import TABLES, codebook_csv, safe_distance_columns
+from ...version import __version__
+from ..review.corrections import FILE as LOG_FILE
+from ..review.corrections import by_file, corrected_scenes, digest, entries_at, in_force
+from . import manifest, parts
+from .folder import OVERLAYS, RUN_FILE, Folder, is_url
+from .identity import SETTINGS_SHA256
+from .parts import attached, quoted, record_of, structure
+
+TABLE_FORMATS = ("csv", "parquet")
+
+#: Key of the Parquet tables' metadata that says of which state of the results they were made.
+_MADE_OF = "proxemetry_made_of"
+
+
+@dataclass(frozen=True)
+class Results:
+    """The results folder at `location` (a path or an fsspec URL), complete or not."""
+
+    folder: Folder
+
+    @classmethod
+    def open(cls, location: str | Path) -> Results:
+        """Return an existing results folder; raises OutputError where there is none."""
+        folder = Folder(location)
+        if folder.read(RUN_FILE) is None:
+            raise OutputError(f"{folder.location}: no results there; `proxemetry measure PHOTOS --out DIR` makes them")
+        return cls(folder)
+
+    @property
+    def run(self) -> dict[str, Any]:
+        """What `run.json` says."""
+        content = self.folder.read(RUN_FILE)
+        if content is None:
+            raise OutputError(f"{self.folder.path(RUN_FILE)}: missing")
+        try:
+            return json.loads(content)
+        except ValueError as error:
+            raise OutputError(f"{self.folder.path(RUN_FILE)}: not JSON ({error})") from error
+
+    def missing_shards(self) -> list[int]:
+        """Return the shards of the manifest whose part is not there."""
+        listed = manifest.read(self.folder)
+        if listed is None:
+            return []
+        there = parts.finished(self.folder)
+        return [s for s in range(listed.n_shards) if s not in there]
+
+    @cached_property
+    def _root(self) -> str | None:
+        """Where the photos were when the run was finished last, else when it began; None for recorded keypoints."""
+        listed = manifest.read(self.folder)
+        return self.run.get("photos_in") or (None if listed is None else listed.root)
+
+    def location(self, photo: str) -> str | None:
+        """Return where a photo's file is, or was when the run went on last; None for recorded keypoints."""
+        return None if self._root is None else manifest.locate(self._root, photo)
+
+    def locations(self) -> dict[str, str | None]:
+        """Return every photo's `location` by its name."""
+        listed = manifest.read(self.folder)
+        return {} if listed is None else {name: self.location(name) for name in listed.names()}
+
+    def scenes(self, photos: Iterable[str] | None = None, *, corrected: bool = True) -> Iterator[Scene]:
+        """Yield the scenes in the order of their names, corrections applied; `photos` names some of them."""
+        changed = self.corrected() if corrected else {}
+        for scene in parts.scenes(self.folder, photos):
+            yield changed.get(scene.photo, scene)
+
+    def corrected(self) -> dict[str, Scene]:
+        """Return the scenes that a person corrected, by photo, with the corrections applied to what was measured."""
+        with self._beside_log() as location:
+            return corrected_scenes(location, lambda names, files: parts.scenes(self.folder, names, files=files))
+
+    def touched(self) -> set[str]:
+        """Return the photos that somebody did something to by hand, be it taken back since."""
+        with self._beside_log() as location:
+            entries = entries_at(location)
+        if not entries:
+            return set()
+        return parts.photos_of(self.folder, {a.photo for a in entries}, {a.sha256 for a in entries} - {""})
+
+    def corrections_of_no_photo(self) -> list[str]:
+        """Return the photos that were corrected and whose file is not among those measured any more, by their names."""
+        with self._beside_log() as location:
+            wanted = by_file(in_force(entries_at(location)))
+        files = {key.sha256 for key in wanted} - {""}
+        if not files or not parts.finished(self.folder):
+            return []
+        rows = attached(self.folder).execute(
+            f"SELECT DISTINCT sha256 FROM {parts.every_row(self.folder)} "
+            "WHERE sha256 IN (SELECT unnest($files::VARCHAR[]))",
+            {"files": sorted(files)},
+        )
+        there = {sha256 for (sha256,) in rows.fetchall()}
+        return sorted({actions[-1].photo for key, actions in wanted.items() if key.sha256 not in {"", *there}})
+
+    @contextmanager
+    def _beside_log(self) -> Generator[str]:
+        """Yield the folder of the log of corrections, which is brought here for the while from behind a URL."""
+        if not is_url(self.folder.location):
+            yield self.folder.location
+            return
+        with tempfile.TemporaryDirectory(prefix="proxemetry-") as scratch:
+            content = self.folder.read(LOG_FILE)
+            if content is not None:
+                Path(scratch, LOG_FILE).write_bytes(content)
+            yield scratch
+
+    def write_tables(
+        self, safe_distance_m: float | None = None, target: Folder | None = None, formats: Sequence[str] = TABLE_FORMATS
+    ) -> None:
+        """Write photos, people and pairs with corrections applied, and the codebook, here or into `target`.
+
+        Raises OutputError where they cannot be written.
+        """
+        target = target or self.folder
+        duck = self.view()
+        made_of = f"KV_METADATA {{{_MADE_OF}: {quoted(self._state(safe_distance_m))}}}"
+        options = {"parquet": f"FORMAT parquet, COMPRESSION zstd, {made_of}", "csv": "FORMAT csv, HEADER"}
+        for table in TABLES:
+            query = table_query(table, safe_distance_m)
+            # The Parquet file appears last, since it says of what the tables are made.
+            with ExitStack() as files:
+                for form in (form for form in options if form in formats):
+                    temporary = files.enter_context(target.writing(f"{table}.{form}"))
+                    duck.execute(f"COPY ({query}) TO {quoted(temporary)} ({options[form]})")
+                    if form == "parquet":  # the same rows, sorted already
+                        query = f"FROM read_parquet({quoted(temporary)})"
+        target.write("codebook.csv", codebook_csv().encode())
+
+    def tables_are_current(self, safe_distance_m: float | None = None) -> bool:
+        """Return whether all tables are there and hold what `write_tables` would write now."""
+        there = all(self.folder.exists(f"{table}.{form}") for table in TABLES for form in TABLE_FORMATS)
+        return there and self._made_of(*TABLES) == {self._state(safe_distance_m)}
+
+    def tables_belong_together(self) -> bool:
+        """Return whether photos and pairs (the Parquet files) were written of one state of the results."""
+        made_of = self._made_of("photos", "pairs")
+        return len(made_of) == 1 and None not in made_of
+
+    def _made_of(self, *tables: str) -> set[str | None]:
+        """Return what the Parquet tables say that they were made of."""
+        query = f"SELECT decode(value) FROM parquet_kv_metadata($path) WHERE decode(key) = '{_MADE_OF}'"
+        duck = attached(self.folder, threads=None).cursor()  # a summary asks beside other queries
+        rows = [duck.execute(query, {"path": self.folder.path(f"{t}.parquet")}).fetchone() for t in tables]
+        return {None if row is None else row[0] for row in rows}
+
+    def _state(self, safe_distance_m: float | None) -> str:
+        """Return what tables written now are made of. Parts are never written twice: their number tells them."""
+        with self._beside_log() as location:
+            state = {
+                "version": __version__,
+                "settings": self.run.get("metadata", {}).get(SETTINGS_SHA256),
+                "parts": len(parts.finished(self.folder)),
+                "corrections": digest(location),
+                "safe_distance_m": safe_distance_m,
+            }
+        return json.dumps(state, separators=(",", ":"))
+
+    def view(self) -> Any:
+        """Return a DuckDB in which `table_query` finds the rows of all parts, corrections applied."""
+        duck = attached(self.folder, threads=None)
+        duck.execute(f"CREATE OR REPLACE TEMP VIEW measured AS {self._rows(duck)}")
+        return duck
+
+    def _rows(self, duck: Any) -> str:
+        """Return the query for all rows of all parts, those of corrected scenes replaced."""
+        every = f"SELECT * EXCLUDE (scene) FROM {parts.every_row(self.folder)}"
+        changed = self.corrected()
+        if not changed:
+            return every
+        rows = f"[{','.join(record_of(scene).json for scene in changed.values())}]"
+        duck.execute(
+            "CREATE OR REPLACE TEMP TABLE corrected AS SELECT * EXCLUDE (scene) FROM "
+            "(SELECT unnest(from_json($rows::JSON, $structure), max_depth := 2))",
+            {"rows": rows, "structure": structure()},
+        )
+        return f"{every} WHERE photo NOT IN (SELECT photo FROM corrected) UNION ALL BY NAME FROM corrected"
+
+
+def table_query(table: str, safe_distance_m: float | None) -> str:
+    """Return the SQL of one table over the view of `Results.view`."""
+    columns = ", ".join(c.name for c in TABLES[table])
+    if table == "photos":
+        limit = "NULL::DOUBLE" if safe_distance_m is None else f"{float(safe_distance_m)!r}::DOUBLE"
+        names = [c.name for c in safe_distance_columns(safe_distance_m)]
+        values = (
+            limit,
+            f"CASE WHEN {limit} IS NOT NULL AND n_pairs IS NOT NULL "
+            f"THEN len(list_filter(pairs, lambda p: p.distance_m < {limit})) END",
+        )
+        extra = ", ".join(f"{value} AS {name}" for name, value in zip(names, values, strict=True))
+        return f"SELECT {columns}, {extra} FROM measured ORDER BY photo"
+    key = "person" if table == "people" else "person_a, person_b"
+    return (
+        f"SELECT {columns} FROM (SELECT photo, unnest({table}, max_depth := 2) FROM "
+        f"(SELECT photo, {table} FROM measured)) ORDER BY photo, {key}"
+    )
+
+
+def write_run(folder: Folder, fields: Mapping[str, Any]) -> None:
+    """Write `run.json`."""
+    folder.write(RUN_FILE, (json.dumps(fields, indent=2, sort_keys=False) + "\n").encode())
+
+
+def forget(folder: Folder) -> None:
+    """Remove what an earlier run wrote, corrections and anything not ours left alone."""
+    for name in folder.names(parts.FOLDER, ".parquet"):
+        if name.startswith("part-"):
+            folder.remove(f"{parts.FOLDER}/{name}")
+    for name in folder.names(manifest.FOLDER, ".parquet"):
+        folder.remove(f"{manifest.FOLDER}/{name}")
+    for table in TABLES:
+        for form in TABLE_FORMATS:
+            folder.remove(f"{table}.{form}")
+    folder.remove("codebook.csv")
+    folder.remove(RUN_FILE)
+    if not is_url(folder.location):
+        folder.sweep(parts.FOLDER)
+        forget_overlays(folder)
+
+
+def forget_overlays(folder: Folder) -> None:
+    """Remove the drawings of a local results folder."""
+    for where, _, files in os.walk(Path(folder.location) / OVERLAYS):
+        for file in files:
+            Path(where, file).unlink()

@@ -1,0 +1,112 @@
+"""The focal length from the people themselves, for photos that say nothing of their camera.
+
+Upright people on one floor are verticals of nearly one length. Where they converge lies the vertical vanishing point,
+where their size would shrink to nothing the horizon, and the two lie f^2 apart as seen from the principal point (on
+either side of it). A level camera has the one at infinity and the other in the middle: then every focal length fits,
+and this module says so.
+
+RANSAC over triples of people with a direct linear solution finds who stands upright; the posterior of the focal
+length then takes in everybody, with statures that differ, people who lean, noise of the keypoints and a principal
+point that is not quite in the middle.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...people import People
+from ...photo.metadata import Metadata
+from ..camera import Camera, CameraEstimate, Candidate
+from ..focal import ASSUMED_FIELD_OF_VIEW
+from ..frame import SD_OF_90, frame_of
+from .focal_profile import consensus, profile_around, profile_everywhere
+from .verticals import segments_of
+
+#: Widest central 90 % interval that is still an answer: plus or minus this part of the focal length.
+WIDEST = 0.30
+#: Central 90 % intervals of log f wider than this do not become answers on a finer grid.
+_HOPELESS = 8 * math.log1p(WIDEST)
+_TOO_FEW_AGREE = "fewer than 3 people agree on how the camera looks"
+
+
+@dataclass(frozen=True)
+class FocalPosterior:
+    """What people say of the focal length.
+
+    f_px, low_px, high_px: median and central 90 % interval. log_sd: standard deviation of its logarithm.
+    pitch_rad: of the camera, positive where it looks down. upright: shape (P,), who supports it.
+    """
+
+    f_px: float
+    low_px: float
+    high_px: float
+    log_sd: float
+    pitch_rad: float
+    upright: NDArray[np.bool_]
+
+
+def calibrate(people: People, width: int, height: int) -> CameraEstimate:
+    """Return the camera that people in a photo of `width` x `height` pixels tell of, or the reason why they do not.
+
+    It takes three or more upright people with feet and head or shoulders in view, and a camera that looks down (or
+    up) at them by some five degrees or more. The estimate's camera is None where the interval of the focal length is
+    wider than `WIDEST`; the candidate then still says what was found.
+    """
+    posterior = focal_posterior(people, width, height)
+    if isinstance(posterior, str):
+        return CameraEstimate(None, reason=f"none from the people: {posterior}")
+    count, pitch = int(posterior.upright.sum()), math.degrees(posterior.pitch_rad)
+    source = f"people: {count} upright, camera pitched {pitch:.0f} degrees"
+    candidate = Candidate(posterior.f_px, posterior.log_sd, source)
+    interval = f"{posterior.low_px:.0f} to {posterior.high_px:.0f} px"
+    if SD_OF_90 * posterior.log_sd > math.log1p(WIDEST):
+        reason = f"the people leave it open from {interval}: too wide"
+        return CameraEstimate(None, (candidate,), reason=reason)
+    camera = Camera.centred(posterior.f_px, width, height, focal_rel_sd=posterior.log_sd, source=source)
+    camera = replace(camera, principal_sd_px=frame_of(width, height, Metadata()).principal_sd_px)
+    return CameraEstimate(camera, (candidate,), (f"focal length from the people: {interval}",))
+
+
+def with_people(estimate: CameraEstimate, people: People, width: int, height: int) -> CameraEstimate:
+    """Return an estimate that lacks a focal length with what the people tell of it; any other as it is.
+
+    What the people tell goes before an assumed field of view, which is for photos that nothing else is known of.
+    """
+    assumed = estimate.camera is not None and estimate.camera.source.startswith(ASSUMED_FIELD_OF_VIEW)
+    if estimate.camera is not None and not assumed:
+        return estimate
+    found = calibrate(people, width, height)
+    candidates = (*found.candidates, *estimate.candidates)
+    if found.camera is not None:
+        kept = tuple(flag for flag in estimate.flags if ASSUMED_FIELD_OF_VIEW not in flag)
+        return CameraEstimate(found.camera, candidates, (*kept, *found.flags))
+    if assumed:
+        return replace(estimate, candidates=candidates)
+    return replace(estimate, candidates=candidates, reason=f"{estimate.reason}; {found.reason}")
+
+
+def focal_posterior(people: People, width: int, height: int) -> FocalPosterior | str:
+    """Return the posterior of the focal length in pixels, or why there is none."""
+    segments = segments_of(people, width, height)
+    if len(segments.rows) < 3:
+        return f"{len(segments.rows)} upright people with feet and head in view, and it takes 3"
+    start = consensus(segments)
+    if start.explains(segments).sum() < 3:
+        return _TOO_FEW_AGREE
+    profile = profile_everywhere(segments, start)
+    low, middle, high = profile.quantiles()
+    if high - low < _HOPELESS:
+        profile = profile.with_finer(profile_around(segments, profile))
+        low, middle, high = profile.quantiles()
+    fits = profile.best.explains(segments)
+    if fits.sum() < 3:
+        return _TOO_FEW_AGREE
+    upright = np.zeros(len(people), dtype=bool)
+    upright[segments.rows[fits]] = True
+    f_px, low_px, high_px = (math.exp(value) * segments.long_side_px for value in (middle, low, high))
+    pitch_rad = float(profile.best.parameters[0])
+    return FocalPosterior(f_px, low_px, high_px, (high - low) / (2 * SD_OF_90), pitch_rad, upright)

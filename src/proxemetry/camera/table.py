@@ -1,0 +1,158 @@
+"""The camera table: a researcher states once what is known of the cameras behind scanned or stripped photos.
+
+A CSV file with a header. A row applies to the photos whose name matches `photo` (a glob) or whose metadata match
+`make` and `model`; a row that gives both applies where both match. The most specific row wins.
+"""
+
+from __future__ import annotations
+
+import csv
+import math
+import unicodedata
+from dataclasses import dataclass, fields
+from fnmatch import fnmatchcase
+from pathlib import Path
+
+from ..errors import CameraError, SettingsError
+
+_KEYS = ("photo", "make", "model")
+
+
+@dataclass(frozen=True)
+class CameraRow:
+    """One row: which photos it applies to, and what it states of their camera; None where a cell is empty.
+
+    Lengths named _mm are millimetres; focal_px, focal_y_px, cx_px, cy_px are pixels of the upright full-size photo;
+    k1, k2, p1, p2, k3 are OpenCV's. line is the row's line in the file.
+    """
+
+    line: int
+    photo: str | None = None
+    make: str | None = None
+    model: str | None = None
+    focal_mm: float | None = None
+    focal_35mm: float | None = None
+    sensor_width_mm: float | None = None
+    sensor_height_mm: float | None = None
+    focal_px: float | None = None
+    focal_y_px: float | None = None
+    cx_px: float | None = None
+    cy_px: float | None = None
+    k1: float | None = None
+    k2: float | None = None
+    p1: float | None = None
+    p2: float | None = None
+    k3: float | None = None
+
+    def __post_init__(self) -> None:
+        if not (self.photo or self.make or self.model):
+            raise CameraError("the row names neither a photo nor a camera: fill photo, or make and model")
+        for name in ("focal_mm", "focal_35mm", "sensor_width_mm", "sensor_height_mm", "focal_px", "focal_y_px"):
+            value = getattr(self, name)
+            if value is not None and not value > 0:
+                raise CameraError(f"{name} is {value:g}: it must be positive")
+        stated = [name for name in ("focal_mm", "focal_35mm", "focal_px") if getattr(self, name) is not None]
+        if len(stated) > 1:
+            raise CameraError(f"{' and '.join(stated)} state the focal length twice: leave one empty")
+        if self.sensor_height_mm is not None and self.sensor_width_mm is None:
+            raise CameraError("sensor_height_mm stands without sensor_width_mm")
+        if self.focal_y_px is not None and self.focal_px is None:
+            raise CameraError("focal_y_px stands without focal_px")
+        if (self.cx_px is None) != (self.cy_px is None):
+            raise CameraError("cx_px and cy_px belong together: give both or none")
+
+    @property
+    def distortion(self) -> tuple[float, float, float, float, float] | None:
+        """OpenCV's k1, k2, p1, p2, k3, empty cells being 0; None where the row has none of them."""
+        if all(value is None for value in (self.k1, self.k2, self.p1, self.p2, self.k3)):
+            return None
+        return (self.k1 or 0.0, self.k2 or 0.0, self.p1 or 0.0, self.p2 or 0.0, self.k3 or 0.0)
+
+    def applies(self, name: str, make: str | None, model: str | None) -> bool:
+        """Tell whether the row applies to a photo of that name from a camera of that make and model."""
+        path = name.replace("\\", "/")
+        if self.photo and not any(_matches(self.photo, p) for p in (path, path.rpartition("/")[2])):
+            return False
+        return all(
+            not wanted or _matches(wanted, had or "") for wanted, had in ((self.make, make), (self.model, model))
+        )
+
+    @property
+    def specificity(self) -> tuple[bool, int, int]:
+        """A larger one wins: a name written out, then the more letters of it (but for its ending), then the camera."""
+        pattern = self.photo or ""
+        stem = pattern.rpartition(".")[0] or pattern
+        wild = any(c in pattern for c in "*?[")
+        letters = sum(c not in "*?[]" for c in stem)
+        return bool(pattern) and not wild, letters, bool(self.make) + 2 * bool(self.model)
+
+
+def _matches(pattern: str, text: str) -> bool:
+    return fnmatchcase(_folded(text), _folded(pattern.replace("\\", "/")))
+
+
+def _folded(text: str) -> str:
+    """Return a name as it is compared: a Mac writes an umlaut as two signs where a spreadsheet writes one."""
+    return unicodedata.normalize("NFC", text.strip().casefold())
+
+
+@dataclass(frozen=True)
+class CameraTable:
+    """All rows of a camera table, in the order of the file. source: the file, as errors and results name it."""
+
+    rows: tuple[CameraRow, ...]
+    source: str = "camera table"
+
+    @classmethod
+    def read(cls, path: str | Path) -> CameraTable:
+        """Read a CSV file, commas or semicolons; raises SettingsError or CameraError with the line that is wrong."""
+        path = Path(path)
+        try:
+            text = path.read_text(encoding="utf-8-sig")
+        except OSError as error:
+            raise SettingsError(f"--camera-table {path}: cannot be read ({error.strerror})") from error
+        except UnicodeDecodeError as error:
+            raise SettingsError(f"--camera-table {path}: not UTF-8 text; save it as CSV UTF-8") from error
+        lines = text.splitlines()
+        header = next((line for line in lines if line.strip()), "")
+        semicolons = header.count(";") > header.count(",")
+        reader = csv.DictReader(lines, delimiter=";" if semicolons else ",", skipinitialspace=True)
+        columns = [(name or "").strip() for name in reader.fieldnames or ()]
+        known = {f.name for f in fields(CameraRow)} - {"line"}
+        unknown = [name for name in columns if name and name not in known]
+        if unknown or not set(_KEYS) & set(columns):
+            what = f"column {unknown[0]!r} is unknown" if unknown else "there is no column photo, make or model"
+            raise CameraError(f"{path}: {what}; columns are {', '.join(f.name for f in fields(CameraRow)[1:])}")
+        rows: list[CameraRow] = []
+        for record in reader:
+            cells = {(k or "").strip(): v.strip() for k, v in record.items() if isinstance(v, str) and v.strip()}
+            if not cells:
+                continue
+            try:
+                if None in record:  # what DictReader calls the cells beyond the header's
+                    raise CameraError("there are more cells than columns")
+                rows.append(_row(reader.line_num, cells, decimal_comma=semicolons))
+            except CameraError as error:
+                raise CameraError(f"{path}, line {reader.line_num}: {error}") from error
+        if not rows:
+            raise CameraError(f"{path}: the camera table has no rows")
+        return cls(tuple(rows), path.name)
+
+    def row_for(self, name: str, make: str | None = None, model: str | None = None) -> CameraRow | None:
+        """Return the most specific row that applies, the first of several alike, or None."""
+        applying = [row for row in self.rows if row.applies(name, make, model)]
+        return max(applying, key=lambda row: row.specificity, default=None)
+
+
+def _row(line: int, cells: dict[str, str], *, decimal_comma: bool) -> CameraRow:
+    values: dict[str, float] = {}
+    for name, text in cells.items():
+        if name in _KEYS or not name:
+            continue
+        try:
+            values[name] = float(text.replace(",", ".") if decimal_comma else text)
+        except ValueError:
+            raise CameraError(f"{name} is {text!r}: it must be a number") from None
+        if not math.isfinite(values[name]):
+            raise CameraError(f"{name} is {text!r}: it must be a finite number")
+    return CameraRow(line, cells.get("photo"), cells.get("make"), cells.get("model"), **values)

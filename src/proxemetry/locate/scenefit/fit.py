@@ -1,0 +1,151 @@
+"""The joint fit of a photo: one floor, one camera and everybody's body, by maximum a posteriori.
+
+Feet, torsos, shoulders and eyes of all people answer together for the camera's pitch, roll and height and for each
+person's place, heading, stature and posture; the normal equations at the answer give the covariance, shared errors
+of floor and focal length included.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...bodies import Bodies
+from ...camera import Camera
+from ...people import People
+from .. import LocateSettings
+from .alternatives import Explanations, explain, explained, joined, others_of
+from .body_model import BodyModel, body_model
+from .evidence import Evidence, evidence_of
+from .hypotheses import Guesses, body_types, guesses_of, keypoint_precision, log_evidence, resized, rows_of
+from .posterior import Placed, placed_people
+from .projection import DEPTH, FOCAL, HEIGHT, LOG_LENGTHS, N_SHARED, PITCH, PRINCIPAL, ROLL
+from .solver import Fit, Rows, SharedPrior, approach, solve
+from .start import look
+
+FloatArray = NDArray[np.float64]
+
+#: How even floors are, as a standard deviation of where the soles are: metres, and per metre of distance, since ground
+#: slopes and streets are cambered; the tails are heavy (kerbs, steps).
+FLOOR_SD_M, FLOOR_SLOPE_SD = 0.04, 0.003
+#: Hand-held and mounted cameras: what is known of pitch, roll and height above the floor beforehand; tails are heavy.
+PITCH_SD_RAD = np.deg2rad(7.0)
+ROLL_SD_RAD = np.deg2rad(1.2)
+TYPICAL_HEIGHT_M, HEIGHT_LOG_SD = 1.55, 0.30
+
+_EXACT = 1e-5
+_LOOSE = 0.25
+#: From the first steps on, and from where another explanation has been solved already.
+_MOST_ITERATIONS, _MOST_AGAIN = 8, 4
+_ALTERNATIVE_STEPS = 2
+#: An explanation that is likelier by this log factor after the first steps leads in place of the one that looked best.
+_LIKELIER = 1.0
+_REASON = "fewer than two usable joints: nothing shows how large this person appears"
+
+
+def locate(people: People, camera: Camera, settings: LocateSettings) -> Bodies:
+    """Return where everybody stands, from all evidence at once.
+
+    `people` are in undistorted pixels of `camera`. Rows without two usable joints come back as NaN with a reason.
+    """
+    model = body_model(people.skeleton)
+    evidence = evidence_of(people, camera, model)
+    usable = np.flatnonzero(_measurable(evidence))
+    if not len(usable):
+        return Bodies.unplaced(len(people), "scene", _REASON)
+    placed = _fit(_taken(evidence, usable), camera, settings, usable, model)
+    return placed.bodies(len(people), usable, _REASON)
+
+
+def _measurable(evidence: Evidence) -> NDArray[np.bool_]:
+    """Return who has at least two joints apart from one another, shape (P,)."""
+    high = np.where(evidence.seen[..., None], evidence.points, -np.inf).max(axis=1, initial=-np.inf)
+    low = np.where(evidence.seen[..., None], evidence.points, np.inf).min(axis=1, initial=np.inf)
+    extent = np.where(evidence.seen.sum(axis=1) >= 2, (high - low).max(axis=1), 0.0)
+    return extent > evidence.resolution
+
+
+def _taken(evidence: Evidence, index: NDArray[np.intp]) -> Evidence:
+    return Evidence(
+        evidence.points[index], evidence.seen[index], evidence.waver[index], evidence.resolution,
+        evidence.heading_rad[index], evidence.heading_sd_rad[index],
+    )  # fmt: skip
+
+
+def shared_prior(camera: Camera) -> SharedPrior:
+    """Return what is known of the camera's place and of its intrinsics before the people are seen."""
+    mean, sd = np.zeros(N_SHARED), np.zeros(N_SHARED)
+    mean[HEIGHT] = np.log(TYPICAL_HEIGHT_M)
+    sd[PITCH], sd[ROLL], sd[HEIGHT] = PITCH_SD_RAD, ROLL_SD_RAD, HEIGHT_LOG_SD
+    sd[FOCAL] = max(camera.focal_rel_sd, _EXACT)
+    sd[PRINCIPAL] = max(camera.principal_sd_px / camera.f_px, _EXACT)
+    return SharedPrior(mean, sd)
+
+
+def _fit(
+    evidence: Evidence, camera: Camera, settings: LocateSettings, usable: NDArray[np.intp], model: BodyModel
+) -> Placed:
+    sizes = settings.body_sizes or (None,) * (int(usable.max()) + 1)
+    types = [body_types(sizes[row] or settings.body_size, settings.child_weight) for row in usable]
+    on_floor = np.array([settings.floor == "shared" and row not in settings.off_floor for row in usable])
+    floor_sd = np.where(on_floor, FLOOR_SD_M, np.inf)
+    prior = shared_prior(camera)
+    start = look(evidence, np.exp([t[0].mean for t in types]), prior, model, on_floor.astype(float))
+    guesses, first = guesses_of(start, types, model)
+    scale = _scale(guesses.local[first])
+    rows = rows_of(guesses, evidence, types, floor_sd, model, scale)
+
+    # two steps on a looser floor first: people whom the coarse look put off it still find it
+    tried = np.flatnonzero(guesses.group == 0)
+    loose, leading = rows.taken(tried).with_floor(_LOOSE), np.searchsorted(tried, first)
+    near = approach(loose, guesses.local[tried], start.shared, prior, leading)
+    near = approach(loose, near.local, near.shared, prior, leading)
+    guesses.local[tried] = near.local
+    resized(guesses, first)
+    rough = guesses.log_prior[tried] - near.row_cost
+    best = _best_rows(loose.person, rough)
+    first = tried[np.where(rough[best] > rough[leading] + _LIKELIER, best, leading)]
+    local = guesses.local[first]
+    # what is known of size and depth now tells how noisy keypoints and floor are
+    rows = rows.with_precision(keypoint_precision(evidence, model, _scale(local))[rows.person])
+    uneven = np.hypot(FLOOR_SD_M, FLOOR_SLOPE_SD * np.exp(local[:, DEPTH]))
+    rows = rows.with_floor(FLOOR_SD_M / uneven[rows.person])
+    fit = solve(rows.taken(first), local, near.shared, prior, iterations=_MOST_ITERATIONS)
+    for _ in range(2):
+        explanations, weight = _weigh(rows, first, guesses, fit, prior)
+        best = _best_rows(rows.person, weight)
+        if (best == first).all():
+            break
+        first = best
+        fit = solve(rows.taken(first), explanations.local[first], fit.shared, prior, iterations=_MOST_AGAIN)
+        guesses.local[:] = explanations.local
+    else:
+        explanations, weight = _weigh(rows, first, guesses, fit, prior)
+    return placed_people(rows, explanations, weight, first, fit, evidence, model, on_floor)
+
+
+def _weigh(
+    rows: Rows, first: NDArray[np.intp], guesses: Guesses, fit: Fit, prior: SharedPrior
+) -> tuple[Explanations, FloatArray]:
+    """Explain every row with the camera as everybody else would have it; return also the log weight of each."""
+    others = others_of(fit, prior)
+    following = np.ones(len(rows), dtype=bool)
+    following[first] = False
+    rest = np.flatnonzero(following)
+    explanations = best = explained(fit, others)
+    if len(rest):
+        begin, elsewhere = np.tile(fit.shared, (len(rest), 1)), others.taken(rows.person[rest])
+        refined = explain(rows.taken(rest), guesses.local[rest], begin, elsewhere, steps=_ALTERNATIVE_STEPS)
+        explanations = joined(first, best, rest, refined)
+    return explanations, log_evidence(explanations, rows, guesses.log_prior)
+
+
+def _best_rows(person: NDArray[np.intp], weight: FloatArray) -> NDArray[np.intp]:
+    """Return each person's likeliest row."""
+    order = np.lexsort((-weight, person))
+    return order[np.searchsorted(person[order], np.arange(person[-1] + 1))]
+
+
+def _scale(local: FloatArray) -> FloatArray:
+    """Return each row's stature over depth."""
+    return np.exp(local[:, LOG_LENGTHS.start] - local[:, DEPTH])

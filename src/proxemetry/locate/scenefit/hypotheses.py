@@ -1,0 +1,195 @@
+"""Several explanations of a person: standing or seated, facing this way or that, adult or child.
+
+The start ranks them; `alternatives` explains each; Laplace's approximation weighs them. What moves a
+person by less than its own uncertainty is folded into the covariance, what moves it further stays a mode of its own.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...anthropometry import Population, moments, populations
+from .alternatives import Explanations
+from .body_model import BodyModel
+from .body_tables import POSTURE_WEIGHTS
+from .evidence import Evidence
+from .projection import DEPTH, HEADING, LOG_LENGTHS, N_LOCAL, POINT, POSTURE, TURN, BodyTables
+from .solver import Rows
+from .start import HEADINGS, Start
+
+FloatArray = NDArray[np.float64]
+
+#: An alternative this much worse than the best at the start (negative log posterior) is not pursued.
+_WORTH_PURSUING = 6.0
+#: So many postures besides the best are.
+_MOST_POSTURES = 2
+_TURN_SD = 0.45
+#: Mean and standard deviation of log depth in metres: people are photographed from 0.8 to 45 m away. It decides only
+#: where next to nothing is seen.
+_DEPTH_PRIOR = (np.log(6.0), 1.2)
+
+
+@dataclass(frozen=True, eq=False)
+class Guesses:
+    """R rows to try: whose, the posture, which group of bodies, the log prior weight; and a start each.
+
+    group: shape (R,), an index into the `body_types` of that person's body size; mean: shape (R, L), that group's log
+    lengths. local: shape (R, N_LOCAL). Each person's first row is of the first group, and so are all but one a group.
+    """
+
+    person: NDArray[np.intp]
+    posture: NDArray[np.intp]
+    group: NDArray[np.intp]
+    mean: FloatArray
+    log_prior: FloatArray
+    local: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Bodytype:
+    """One Gaussian of log lengths with its prior weight: the adults of a body size, or its children.
+
+    mean: shape (L,). precision: shape (L, L). log_volume: the log determinant of the precision.
+    """
+
+    weight: float
+    mean: FloatArray
+    precision: FloatArray
+    log_volume: float
+
+
+@cache
+def body_types(body_size: str, child_weight: float) -> tuple[Bodytype, ...]:
+    """Return the grown-ups and the children of a body size as one Gaussian each, the more likely first."""
+    groups = populations(body_size, child_weight)
+    children = tuple(g for g in groups if g.name.startswith("children") and g.weight > 0)
+    adults = tuple(g for g in groups if not g.name.startswith("children"))
+    types = [_body_type(part) for part in (adults, children) if part]
+    return tuple(sorted(types, key=lambda t: -t.weight))
+
+
+def _body_type(groups: tuple[Population, ...]) -> Bodytype:
+    mean, covariance = moments(groups)
+    precision = np.asarray(np.linalg.inv(covariance), dtype=float)
+    return Bodytype(sum(g.weight for g in groups), mean, precision, float(np.linalg.slogdet(precision)[1]))
+
+
+def guesses_of(start: Start, types: list[tuple[Bodytype, ...]], model: BodyModel) -> tuple[Guesses, NDArray[np.intp]]:
+    """Return every row worth trying, best first for each person, and the row of each person's best."""
+    chosen, first = _ranked(start.cost, [len(groups) for groups in types])
+    table = np.array(chosen, dtype=np.intp).reshape(-1, 4)
+    person, posture, heading, group = table.T
+    mean = np.array([types[p][g].mean for p, _, _, g in chosen]).reshape(len(table), -1)
+    weight = np.array([types[p][g].weight for p, _, _, g in chosen])
+    local = np.zeros((len(table), N_LOCAL))
+    local[:, POINT] = start.point[person, posture, heading]
+    grown = mean[np.array(first)[person], 0]  # each person's first row is of the first group
+    local[:, DEPTH] = start.log_depth[person, posture, heading] + mean[:, 0] - grown
+    local[:, HEADING] = HEADINGS[heading]
+    local[:, LOG_LENGTHS] = mean
+    local[:, POSTURE] = model.prior_mean[posture]
+    log_prior = np.log(weight * np.array(POSTURE_WEIGHTS)[posture])
+    return Guesses(person, posture, group, mean, log_prior, local), np.array(first, dtype=np.intp)
+
+
+def resized(guesses: Guesses, first: NDArray[np.intp]) -> None:
+    """Give every row of another group of bodies its person's first row as a start, made as large as that group is."""
+    rows = np.flatnonzero(guesses.group > 0)
+    alike = first[guesses.person[rows]]
+    larger = guesses.mean[rows] - guesses.mean[alike]
+    guesses.local[rows] = guesses.local[alike]
+    guesses.local[rows, LOG_LENGTHS] += larger
+    guesses.local[rows, DEPTH] += larger[:, 0]
+
+
+def _ranked(cost: FloatArray, groups: list[int]) -> tuple[list[tuple[int, int, int, int]], list[int]]:
+    """Return person, posture, heading and group of bodies of what is worth trying, and the place of each person's best.
+
+    cost: shape (P, postures, headings). Each person's best comes first.
+    """
+    heading, by_posture = cost.argmin(axis=2), cost.min(axis=2)
+    order = by_posture.argsort(axis=1)
+    best, others = order[:, 0], order[:, 1 : 1 + _MOST_POSTURES]
+    everyone = np.arange(len(cost))
+    limit = by_posture[everyone, best] + _WORTH_PURSUING
+    worth = by_posture[everyone[:, None], others] < limit[:, None]
+    facing = heading[everyone, best]
+    turned, by_turned = _other_headings(cost[everyone, best], facing)
+    chosen: list[tuple[int, int, int, int]] = []
+    first: list[int] = []
+    for person in range(len(cost)):
+        first.append(len(chosen))
+        chosen.append((person, best[person], facing[person], 0))
+        chosen += [(person, p, heading[person, p], 0) for p in others[person, worth[person]]]
+        chosen += [(person, best[person], turned[person], 0)] * bool(by_turned[person] < limit[person])
+        chosen += [(person, best[person], facing[person], g) for g in range(1, groups[person])]
+    return chosen, first
+
+
+def _other_headings(cost: FloatArray, best: NDArray[np.intp]) -> tuple[NDArray[np.intp], FloatArray]:
+    """Return the best local minimum around the circle of headings (P, H) but for the overall one, and its cost."""
+    around = cost[:, np.arange(-1, cost.shape[1] + 1) % cost.shape[1]]
+    apart = np.abs(np.arange(cost.shape[1]) - best[:, None])
+    minima = (cost <= around[:, :-2]) & (cost <= around[:, 2:]) & (np.minimum(apart, cost.shape[1] - apart) > 1)
+    left = np.where(minima, cost, np.inf)
+    return left.argmin(axis=1), left.min(axis=1)
+
+
+def rows_of(
+    guesses: Guesses, evidence: Evidence, types: list[tuple[Bodytype, ...]], floor_sd: FloatArray, model: BodyModel,
+    scale: FloatArray,
+) -> Rows:  # fmt: skip
+    """Return the solver's rows; scale (P,) is each person's stature over depth, for the noise."""
+    person = guesses.person
+    mean, precision, log_volume = _priors(guesses, evidence, types, model)
+    return Rows(
+        person=person,
+        points=evidence.points[person].transpose(0, 2, 1),
+        precision=keypoint_precision(evidence, model, scale)[person],
+        bodies=BodyTables.of(model, guesses.posture),
+        prior_mean=mean,
+        prior_precision=precision,
+        prior_log_volume=log_volume,
+        floor_precision=1 / floor_sd[person],
+    )
+
+
+def _priors(
+    guesses: Guesses, evidence: Evidence, types: list[tuple[Bodytype, ...]], model: BodyModel
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return what is known of each row's unknowns: mean, precision and the precision's log determinant."""
+    types_of = [types[p][g] for p, g in zip(guesses.person, guesses.group, strict=True)]
+    known = np.isfinite(evidence.heading_rad) & (evidence.heading_sd_rad > 0)
+    heading = np.where(known, evidence.heading_rad, 0.0)
+    heading_sd = np.where(known, np.maximum(evidence.heading_sd_rad, 0.05), np.inf)
+    mean = np.zeros((len(types_of), N_LOCAL))
+    diagonal = np.full((len(types_of), N_LOCAL), 1e-4)  # of place nothing is known, but the equations stay solvable
+    mean[:, DEPTH], diagonal[:, DEPTH] = _DEPTH_PRIOR[0], _DEPTH_PRIOR[1] ** -2
+    # headings are alike by whole turns: the one nearest to where the search begins
+    off = heading[guesses.person] - guesses.local[:, HEADING]
+    mean[:, HEADING] = guesses.local[:, HEADING] + off - 2 * np.pi * np.rint(off / (2 * np.pi))
+    diagonal[:, HEADING] = heading_sd[guesses.person] ** -2 + 1e-4
+    diagonal[:, TURN] = _TURN_SD**-2
+    mean[:, POSTURE], diagonal[:, POSTURE] = model.prior_mean[guesses.posture], model.prior_sd[guesses.posture] ** -2
+    precision = diagonal[:, :, None] * np.eye(N_LOCAL)
+    mean[:, LOG_LENGTHS] = guesses.mean
+    precision[:, LOG_LENGTHS, LOG_LENGTHS] = [body.precision for body in types_of]
+    volume = np.array([body.log_volume for body in types_of]) + np.log(diagonal[:, POSTURE]).sum(axis=1)
+    return mean, precision, volume
+
+
+def keypoint_precision(evidence: Evidence, model: BodyModel, scale: FloatArray) -> FloatArray:
+    """Return one over the noise of every keypoint (P, K), 0 where unseen: a share of the body's size, never below what
+    a detector resolves."""
+    sd = np.hypot(np.hypot(model.spread, evidence.waver) * scale[:, None], evidence.resolution)
+    return evidence.seen / sd
+
+
+def log_evidence(explanations: Explanations, rows: Rows, log_prior: FloatArray) -> FloatArray:
+    """Return the log of each row's posterior weight (R,), up to a constant of its person (Laplace)."""
+    _, volume = np.linalg.slogdet(explanations.precision)
+    return log_prior - explanations.cost + 0.5 * (rows.prior_log_volume - volume)

@@ -1,0 +1,129 @@
+"""How far a detected joint lies from where it should be: the pixel standard deviation, for whoever weighs keypoints.
+
+The law, per image axis and with `body_px` the apparent stature (see `apparent_stature_px`):
+
+    sd_px^2 = floor_px^2 + (definition[joint] * body_px)^2 + (spread[joint] * score^(-score_power) * body_px)^2
+
+floor_px is what a photo's own pixels cost, definition[joint] how far people differ on where the joint is, spread[joint]
+how much the detector's answer wavers at score 1, both as fractions of the stature, and score_power how that grows as
+it gets unsure. The table `keypoint_noise.toml` holds the numbers with their origin;
+`benchmarks/networks/keypoint_noise.py` measures them.
+"""
+
+from __future__ import annotations
+
+import functools
+import importlib.resources
+import tomllib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .people import People
+from .skeleton import kind_of
+
+FloatArray = NDArray[np.float64]
+
+#: The source that stands in for one that nobody has measured.
+DEFAULT_SOURCE = "default"
+
+#: What counts as one stature where only a limb is seen, metres (a 1.70 m adult; joints as detectors place them).
+_STATURE_M = 1.70
+_LIMBS_M = (
+    (("neck", "mid_hip"), 0.52), (("left_shoulder", "right_shoulder"), 0.35),
+    (("left_hip", "left_knee"), 0.42), (("right_hip", "right_knee"), 0.42),
+    (("left_knee", "left_ankle"), 0.41), (("right_knee", "right_ankle"), 0.41),
+    (("left_shoulder", "left_elbow"), 0.28), (("right_shoulder", "right_elbow"), 0.28),
+    (("nose", "neck"), 0.25),
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class NoiseLaw:
+    """The noise of one back end or skeleton.
+
+    definition, spread: joint name (without its side) -> fraction of the apparent stature, one image axis; what is not
+    listed has that of "other". origin: where the numbers come from.
+    """
+
+    definition: Mapping[str, float]
+    spread: Mapping[str, float]
+    score_power: float
+    floor_px: float
+    origin: str
+
+    def sd_px(self, joint: str, score: ArrayLike, body_px: ArrayLike) -> FloatArray:
+        """Return the standard deviation along one image axis, pixels; NaN where the score is 0."""
+        kind = kind_of(joint)
+        definition = self.definition.get(kind, self.definition["other"])
+        return np.hypot(
+            self.floor_px, np.hypot(definition, self.waver([joint], score)) * np.asarray(body_px, dtype=float)
+        )
+
+    def waver(self, joints: Sequence[str], scores: ArrayLike) -> FloatArray:
+        """Return how far the detector's answers for K joints stray from their own mean, in statures.
+
+        scores: shape (..., K), as is the answer; NaN where a score is 0. One joint goes with scores of any shape.
+        """
+        known = np.asarray(scores, dtype=float)
+        usable = np.where(known > 0, np.clip(known, _LOWEST_SCORE, 1.0), np.nan)
+        return np.array([self.spread.get(kind_of(j), self.spread["other"]) for j in joints]) * usable**-self.score_power
+
+
+#: Below this score a joint is no worse: the power law was measured above it.
+_LOWEST_SCORE = 0.1
+
+
+@functools.cache
+def laws() -> Mapping[str, NoiseLaw]:
+    """Return every law of the table by the name of its back end or skeleton."""
+    text = importlib.resources.files(__package__ or "").joinpath("keypoint_noise.toml").read_text(encoding="utf-8")
+    table = tomllib.loads(text)
+    default = table[DEFAULT_SOURCE]
+    return {
+        name: NoiseLaw(
+            {**default["definition"], **row.get("definition", {})},
+            {**default["spread"], **row.get("spread", {})},
+            row["score_power"], row["floor_px"], row["origin"],
+        )
+        for name, row in table.items()
+    }  # fmt: skip
+
+
+def law_of(*sources: str) -> NoiseLaw:
+    """Return the law of the first source that the table has: the back end's name, then the skeleton's, say."""
+    known = laws()
+    return next((known[source] for source in sources if source in known), known[DEFAULT_SOURCE])
+
+
+def sd_px(source: str, joint: str, score: ArrayLike, body_px: ArrayLike) -> FloatArray:
+    """Return the standard deviation of a joint's position along one image axis, pixels.
+
+    source: a back end's or a skeleton's name (an unknown one gets the default law). score and body_px broadcast.
+    NaN where the score is 0, as the joint is missing there.
+    """
+    return law_of(source).sd_px(joint, score, body_px)
+
+
+def people_sd_px(people: People, source: str = "") -> FloatArray:
+    """Return the standard deviations of all joints of all people, shape (P, K), pixels; NaN where missing."""
+    law, body_px = law_of(source, people.skeleton.name), apparent_stature_px(people)
+    columns = [law.sd_px(joint, people.scores[:, k], body_px) for k, joint in enumerate(people.skeleton.joints)]
+    return np.stack(columns, axis=1) if columns else np.zeros((len(people), 0))
+
+
+def apparent_stature_px(people: People) -> FloatArray:
+    """Return how tall each person would stand in the photo where they are, shape (P,), pixels.
+
+    The largest stature that a seen limb implies, since turning and bending only shorten limbs; the box's longer side
+    where fewer than two joints are seen. For weighing, not for measuring: limbs differ by some 10 % between people.
+    """
+    implied = [
+        np.linalg.norm(people.joint(a) - people.joint(b), axis=1) * (_STATURE_M / length_m)
+        for (a, b), length_m in _LIMBS_M
+    ]
+    from_limbs = np.where(np.isfinite(implied), implied, -np.inf).max(axis=0)
+    sides = people.boxes_px[:, 2:] - people.boxes_px[:, :2]
+    return np.where(np.isfinite(from_limbs), from_limbs, sides.max(axis=1, initial=0.0))

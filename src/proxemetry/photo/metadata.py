@@ -1,0 +1,293 @@
+"""What a photo's file says of its camera, its place and its date: EXIF, IPTC and XMP as plain values.
+
+Anything in a file may be absent, damaged or nonsense. What cannot be used becomes None, with a remark where that
+matters to the focal length; nothing here raises.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from .xmp_iptc import first, iptc_of, xmp_of
+
+if TYPE_CHECKING:
+    from PIL import Image
+
+_EXIF_IFD, _GPS_IFD = 0x8769, 0x8825
+#: FocalPlaneResolutionUnit -> units in a millimetre (EXIF 2.32, 4.6.5; 4 and 5 are in use though not in the standard).
+_UNITS_PER_MM = {1: 1 / 25.4, 2: 1 / 25.4, 3: 1 / 10, 4: 1.0, 5: 1000.0}
+
+
+@dataclass(frozen=True)
+class Crop:
+    """The rectangle that an editor kept of the picture as the sensor has it, before it was turned upright.
+
+    left, top and right, bottom: the rectangle's upper left and lower right corner, shares of the picture's width and
+    height. angle_deg: how far the rectangle is turned (XMP Camera Raw schema, CropLeft to CropAngle).
+    """
+
+    left: float
+    top: float
+    right: float
+    bottom: float
+    angle_deg: float
+
+
+@dataclass(frozen=True)
+class Metadata:
+    """What a file says, as numbers and short texts; None where it says nothing or nothing usable.
+
+    Of the camera: make, model, lens; focal_mm; focal_35mm (the 35 mm equivalent); f_number; focal_plane_px_per_mm
+    (FocalPlaneXResolution in pixels per millimetre); stored_width_px, stored_height_px (PixelXDimension and
+    PixelYDimension, turned upright as the orientation tag says); digital_zoom (above 1); cropped (an editor's crop is
+    recorded, and made); crop (what was cut, where that is recorded too); lens_corrected (an editor has corrected the
+    lens); raw (a sensor's raw file).
+    Of the picture: date (ISO 8601), city, country, source.
+    Only on request: creator, caption, people (names of those shown); gps (latitude, longitude in degrees).
+    remarks: what was there but could not be used.
+    """
+
+    make: str | None = None
+    model: str | None = None
+    lens: str | None = None
+    focal_mm: float | None = None
+    focal_35mm: float | None = None
+    f_number: float | None = None
+    focal_plane_px_per_mm: float | None = None
+    stored_width_px: int | None = None
+    stored_height_px: int | None = None
+    digital_zoom: float | None = None
+    cropped: bool = False
+    crop: Crop | None = None
+    lens_corrected: bool = False
+    raw: bool = False
+    date: str | None = None
+    city: str | None = None
+    country: str | None = None
+    source: str | None = None
+    creator: str | None = None
+    caption: str | None = None
+    people: tuple[str, ...] = ()
+    gps: tuple[float, float] | None = None
+    remarks: tuple[str, ...] = ()
+
+    def about(self) -> dict[str, str]:
+        """Return what the metadata say of the picture itself, which travels into the results.
+
+        Keys are date, country, city, source; on request also creator, caption, people, latitude, longitude.
+        """
+        names = ("date", "country", "city", "source", "creator", "caption")
+        said = {name: value for name in names if (value := getattr(self, name)) is not None}
+        if self.people:
+            said["people"] = "; ".join(self.people)
+        if self.gps is not None:
+            said["latitude"], said["longitude"] = (f"{degrees:.6f}" for degrees in self.gps)
+        return said
+
+
+def orientation_of(image: Image.Image) -> int:
+    """Return the EXIF orientation (1 to 8) that is still to be applied to an opened image; 1 where none is given."""
+    from PIL import Image
+
+    if image.format == "TIFF":  # Pillow turns a TIFF itself
+        return 1
+    try:
+        # The base class's method: the PNG plugin's own decodes all pixels to look for a late EXIF chunk.
+        value = Image.Image.getexif(image).get(0x0112, 1)
+    except Exception:  # a hostile file may break the parser in any way; see `_tags`
+        return 1
+    return int(value) if isinstance(value, int) and 1 <= value <= 8 else 1
+
+
+def read_metadata(
+    image: Image.Image, *, with_names: bool = False, with_gps: bool = False, raw: bool = False
+) -> Metadata:
+    """Return what an opened image's EXIF, XMP and IPTC say.
+
+    Names and captions are read only with `with_names`, the place's coordinates only with `with_gps`.
+    """
+    remarks: list[str] = []
+    exif, gps = _tags(image, with_gps, remarks)
+    xmp = xmp_of(image, exif, remarks)
+    iptc = iptc_of(image, exif)
+    numbers = _Numbers(exif, xmp, remarks)
+    stored = (
+        _pixels(numbers.within("stored width", 0xA002, "exif:PixelXDimension", 16, 10**6)),
+        _pixels(numbers.within("stored height", 0xA003, "exif:PixelYDimension", 16, 10**6)),
+    )
+    if (image.info.get("original_orientation") or exif.get(0x0112)) in (5, 6, 7, 8):
+        stored = stored[::-1]
+    cropped = _is_cropped(xmp)
+    people = (*iptc.get(122, ()), *xmp.get("iptcExt:PersonInImage", ())) if with_names else ()
+    return Metadata(
+        make=_text(exif.get(0x010F), *xmp.get("tiff:Make", ())),
+        model=_text(exif.get(0x0110), *xmp.get("tiff:Model", ())),
+        lens=_text(exif.get(0xA434), *xmp.get("exifEX:LensModel", ()), *xmp.get("aux:Lens", ())),
+        focal_mm=numbers.within("focal length", 0x920A, "exif:FocalLength", 0.5, 5000),
+        focal_35mm=numbers.within("35 mm equivalent", 0xA405, "exif:FocalLengthIn35mmFilm", 3, 5000),
+        f_number=numbers.within("aperture", 0x829D, "exif:FNumber", 0.3, 200),
+        focal_plane_px_per_mm=_focal_plane(numbers),
+        stored_width_px=stored[0],
+        stored_height_px=stored[1],
+        digital_zoom=_zoom(numbers.within("digital zoom", 0xA404, "exif:DigitalZoomRatio", 1, 200)),
+        cropped=cropped,
+        crop=_crop(xmp) if cropped else None,
+        lens_corrected=first(xmp, "crs:LensProfileEnable") == "1",
+        raw=raw,
+        date=_date(*iptc.get(55, ()), *xmp.get("photoshop:DateCreated", ()), exif.get(0x9003)),
+        city=_text(*iptc.get(90, ()), *xmp.get("photoshop:City", ())),
+        country=_text(*iptc.get(101, ()), *xmp.get("photoshop:Country", ())),
+        source=_text(
+            *iptc.get(115, ()), *xmp.get("photoshop:Source", ()), *iptc.get(110, ()), *xmp.get("photoshop:Credit", ())
+        ),
+        creator=_text(*iptc.get(80, ()), *xmp.get("dc:creator", ()), exif.get(0x013B)) if with_names else None,
+        caption=_text(*iptc.get(120, ()), *xmp.get("dc:description", ()), exif.get(0x010E)) if with_names else None,
+        people=tuple(dict.fromkeys(name for name in map(_text, people) if name)),
+        gps=_position(gps),
+        remarks=tuple(remarks),
+    )
+
+
+def _is_cropped(xmp: dict[str, tuple[str, ...]]) -> bool:
+    """Return whether an editor's crop is recorded; one that is recorded as still to be made is none."""
+    pending = first(xmp, "crs:AlreadyApplied").lower() == "false"
+    return first(xmp, "crs:HasCrop").lower() == "true" and not pending
+
+
+def _crop(xmp: dict[str, tuple[str, ...]]) -> Crop | None:
+    """Return the rectangle that was cut out, None where it is not recorded or makes no sense."""
+    if first(xmp, "crs:AlreadyApplied").lower() != "true":
+        return None
+    try:
+        left, top, right, bottom, angle = (
+            float(first(xmp, f"crs:Crop{name}")) for name in ("Left", "Top", "Right", "Bottom", "Angle")
+        )
+    except ValueError:
+        return None
+    sides = (left, top, right, bottom)
+    sensible = all(-0.01 <= side <= 1.01 for side in sides) and left < right and top < bottom and abs(angle) <= 45
+    return Crop(*sides, angle) if sensible else None
+
+
+def _tags(image: Image.Image, with_gps: bool, remarks: list[str]) -> tuple[dict[int, Any], dict[int, Any]]:
+    """Return the EXIF tags of the first and the Exif directory in one dict, and those of the GPS directory."""
+    from PIL import Image
+
+    tags: dict[int, Any] = {}
+    gps: dict[int, Any] = {}
+    try:
+        exif = Image.Image.getexif(image)
+        tags.update(exif)
+        tags.update(exif.get_ifd(_EXIF_IFD))  # where FocalLength is: `getexif()` alone does not show it
+        if with_gps:
+            gps.update(exif.get_ifd(_GPS_IFD))
+    except Exception as error:  # Pillow's parser meets hostile bytes here: any exception means damaged EXIF
+        remarks.append(f"EXIF is damaged ({type(error).__name__})")
+    return tags, gps
+
+
+class _Numbers:
+    """Looks numbers up in EXIF, else in XMP, and remarks on those that make no sense."""
+
+    def __init__(self, exif: dict[int, Any], xmp: dict[str, tuple[str, ...]], remarks: list[str]) -> None:
+        self.exif, self.xmp, self.remarks = exif, xmp, remarks
+
+    def number(self, tag: int, xmp_name: str) -> float | None:
+        value = self.exif.get(tag)
+        return _number(value if value is not None else first(self.xmp, xmp_name) or None)
+
+    def within(self, what: str, tag: int, xmp_name: str, low: float, high: float) -> float | None:
+        """Return the number, or None where it is absent, not a number, or outside [low, high]."""
+        value = self.number(tag, xmp_name)
+        if value is None or low <= value <= high:
+            return value
+        if value != 0 or what == "focal length":  # elsewhere 0 is the standard's own way to say "unknown"
+            shown = "0/0" if math.isnan(value) else f"{value:g}"
+            self.remarks.append(f"{what} {shown} in the metadata is unusable")
+        return None
+
+
+def _number(value: Any) -> float | None:
+    """Return a number from an EXIF or XMP value: a rational, an integer, "425/10"; NaN for 0/0, None for no number."""
+    if isinstance(value, tuple | list):
+        value = value[0] if value else None
+    if value is None or isinstance(value, bytes):
+        return None
+    if isinstance(value, str):
+        match = re.fullmatch(r"\s*(-?\d+(?:\.\d+)?)\s*(?:/\s*(-?\d+))?\s*", value)
+        if match is None:
+            return None
+        top, bottom = float(match[1]), float(match[2] or 1)
+        return top / bottom if bottom else math.nan
+    try:
+        return float(value)  # pyright: ignore[reportArgumentType]
+    except ZeroDivisionError:
+        return math.nan
+    except (TypeError, ValueError, OverflowError):
+        return None
+
+
+def _focal_plane(numbers: _Numbers) -> float | None:
+    unit = _UNITS_PER_MM.get(int(numbers.number(0xA210, "exif:FocalPlaneResolutionUnit") or 2))
+    value = numbers.number(0xA20E, "exif:FocalPlaneXResolution")
+    if value is None or unit is None:
+        return None
+    # 0.8 to 100 micrometres a pixel: what photographic sensors and their reduced files can have
+    if not 10 <= value * unit <= 1250:
+        numbers.remarks.append(f"focal plane resolution {value:g} in the metadata is unusable")
+        return None
+    return value * unit
+
+
+def _pixels(value: float | None) -> int | None:
+    return None if value is None else int(value)
+
+
+def _zoom(value: float | None) -> float | None:
+    return value if value is not None and value > 1.001 else None
+
+
+def _text(*values: Any) -> str | None:
+    """Return the first value that holds text, in one line without control characters."""
+    for value in values:
+        if isinstance(value, bytes):
+            value = value.decode("utf-8", "replace")
+        if isinstance(value, str):
+            line = " ".join("".join(c if c.isprintable() else " " for c in value).split())
+            if line:
+                return line[:2000]
+    return None
+
+
+def _date(*values: Any) -> str | None:
+    """Return the first usable date as ISO 8601: "20180724" and "2018:07:24 11:22:45" become "2018-07-24...".
+
+    An editor's word (IPTC, XMP) comes before the camera's: the EXIF date of a scan is the scanner's.
+    """
+    for value in values:
+        text = _text(value) or ""
+        match = re.match(r"(\d{4})[:.-]?(\d\d)?[:.-]?(\d\d)?(?:[ T](\d\d:\d\d(?::\d\d)?))?", text)
+        if match is None or match[1] == "0000":
+            continue
+        day = "-".join(part for part in match.group(1, 2, 3) if part and part != "00")
+        return f"{day}T{match[4]}" if match[4] and len(day) == 10 else day
+    return None
+
+
+def _position(gps: dict[int, Any]) -> tuple[float, float] | None:
+    """Return latitude and longitude in degrees from the GPS directory."""
+    degrees: list[float] = []
+    for tag, limit in ((2, 90.0), (4, 180.0)):
+        parts = gps.get(tag)
+        if not isinstance(parts, tuple | list) or len(parts) != 3:
+            return None
+        numbers = [_number(part) for part in parts]
+        value = sum((n if n is not None else math.nan) / 60**i for i, n in enumerate(numbers))
+        if not 0 <= value <= limit:
+            return None
+        sign = -1 if _text(gps.get(tag - 1)) in ("S", "W") else 1
+        degrees.append(sign * value)
+    return degrees[0], degrees[1]

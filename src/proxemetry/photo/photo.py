@@ -1,0 +1,83 @@
+"""A photo: upright RGB pixels, what its metadata say, and its hash. Formats and orientation end here."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import PhotoError
+from .formats import RAW_EXTENSIONS, decode, read_header
+from .metadata import Metadata
+
+__all__ = ["EXTENSIONS", "Metadata", "Photo", "RGBArray"]
+
+RGBArray = NDArray[np.uint8]
+
+#: File name endings that a folder is searched for.
+EXTENSIONS = (
+    ".jpg", ".jpeg", ".jpe", ".mpo", ".png", ".tif", ".tiff", ".webp", ".avif", ".bmp", ".gif", ".heic", ".heif",
+    ".hif", *RAW_EXTENSIONS,
+)  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class Photo:
+    """One photo, upright. Pixels are decoded when asked for, at the scale asked for.
+
+    name: as results call it. width, height: of the upright full-size photo, pixels. sha256: of the file's bytes.
+    """
+
+    name: str
+    width: int
+    height: int
+    sha256: str
+    metadata: Metadata = field(default_factory=Metadata)
+    path: Path | None = None
+    _pixels: RGBArray | None = None
+
+    @classmethod
+    def open(
+        cls, path: str | Path, name: str | None = None, *, with_names: bool = False, with_gps: bool = False
+    ) -> Photo:
+        """Read a file's header, metadata and hash; raises PhotoError where it is no photo.
+
+        The names of people, the creator and the caption are read only with `with_names`, the coordinates of the
+        place only with `with_gps`.
+        """
+        path = Path(path)
+        header = read_header(path, with_names=with_names, with_gps=with_gps)
+        try:
+            with path.open("rb") as file:
+                digest = hashlib.file_digest(file, "sha256").hexdigest()
+        except OSError as error:
+            raise PhotoError(f"{path}: cannot be read ({error.strerror})") from error
+        return cls(name or path.name, header.width, header.height, digest, header.metadata, path)
+
+    @classmethod
+    def from_array(cls, pixels: RGBArray, name: str = "array", metadata: Metadata | None = None) -> Photo:
+        """Return a photo of upright RGB pixels of shape (H, W, 3), uint8; raises PhotoError for any other."""
+        if pixels.ndim != 3 or pixels.shape[2] != 3 or pixels.dtype != np.uint8:
+            raise PhotoError(f"{name}: pixels must be uint8 of shape (H, W, 3), not {pixels.dtype} {pixels.shape}")
+        if not pixels.size:
+            raise PhotoError(f"{name}: a photo of {pixels.shape[1]} x {pixels.shape[0]} pixels has nothing to see")
+        frozen = pixels.view()
+        frozen.setflags(write=False)
+        digest = hashlib.sha256(np.ascontiguousarray(pixels).tobytes()).hexdigest()
+        return cls(name, pixels.shape[1], pixels.shape[0], digest, metadata or Metadata(), None, frozen)
+
+    def pixels(self, long_side_px: int | None = None) -> RGBArray:
+        """Return upright RGB pixels of shape (H, W, 3), read-only.
+
+        With `long_side_px` the decoder may answer with a smaller photo whose long side is still at least that (the
+        whole photo where it is not larger): scale by the answer's own shape. Raises PhotoError where decoding fails.
+        """
+        if self._pixels is not None:
+            return self._pixels
+        assert self.path is not None
+        pixels = decode(self.path, long_side_px)
+        pixels.setflags(write=False)
+        return pixels

@@ -1,0 +1,1 @@
+"""Back ends of ONNX networks, described by TOML specifications."""

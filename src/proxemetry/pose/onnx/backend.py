@@ -1,0 +1,178 @@
+"""The back ends that a specification describes: detector and top-down network, or one network for all."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from types import MappingProxyType
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...errors import ModelError, SettingsError
+from ...people import People
+from ...people.skeleton import Skeleton
+from ...photo import Photo, RGBArray
+from .. import PoseOptions
+from ..detections import Detections, suppressed
+from .duplicates import distinct
+from .letterbox import Placement, crop, person_region
+from .network import Floats, Network
+from .pose_decoders import HEADS
+from .specification import Specification, read_specification
+from .tiled_detector import PhotoNetwork, input_size, normalised
+
+FloatArray = NDArray[np.float64]
+
+#: A photo is first decoded with at least this long side, pixels; again larger where a person there is too small.
+_FIRST_LOOK_PX = 2000
+
+
+class OnnxBackend:
+    """One specification, its networks loaded, ready to detect; thread-safe.
+
+    Scores are the networks' own, cut to 0..1: of a joint the height of its peak, of a person the geometric mean of the
+    detector's score and of the joints' mean, unseen ones counted as 0. `keypoint_noise` says what pixel error a
+    joint's score stands for.
+    Raises ModelError where a network is absent, damaged, or does not fit the specification, SettingsError where an
+    option does not.
+    """
+
+    def __init__(self, specification: Specification, options: PoseOptions | None = None) -> None:
+        self.specification, self.options = specification, options or PoseOptions()
+        if self.options.flip and specification.pose is None:
+            raise SettingsError(f"{specification.name} is one network for all, shown no mirrored crops: leave flip out")
+        self.networks = {
+            file: Network(specification.path_of(file), device=self.options.device, threads=self.options.threads)
+            for file in specification.files
+        }
+        detector = specification.detector
+        self._photo_network = PhotoNetwork(detector, self.networks[detector.file], self.options.effort)
+
+    @property
+    def name(self) -> str:
+        """The specification's name."""
+        return self.specification.name
+
+    @property
+    def skeleton(self) -> Skeleton:
+        """The specification's skeleton."""
+        return self.specification.skeleton
+
+    @property
+    def models(self) -> Mapping[str, str]:
+        """Each network's file name and sha256."""
+        return MappingProxyType({network.path.name: network.sha256 for network in self.networks.values()})
+
+    def detect(self, photo: Photo) -> People:
+        """Return the people of a photo in pixels of the full-size photo."""
+        pixels = photo.pixels(_FIRST_LOOK_PX)
+        found = self._photo_network.detect(pixels)
+        if self.specification.pose is None:
+            people = self._one_stage(found)
+        else:
+            inside = np.tile((pixels.shape[1], pixels.shape[0]), 2)
+            found = Detections(found.boxes_px.clip(0, inside), found.scores)
+            pixels, found = self._closer_look(photo, pixels, suppressed(found, self.specification.detector.overlap))
+            people = self._top_down(pixels, found)
+        height, width = pixels.shape[:2]
+        return self._kept(people.scaled(photo.width / width, photo.height / height), photo)
+
+    def _closer_look(self, photo: Photo, pixels: RGBArray, found: Detections) -> tuple[RGBArray, Detections]:
+        """Decode the photo again, larger, where its pixels are too few for the smallest person found."""
+        pose = self.specification.pose
+        decoded = pixels.shape[1]
+        if pose is None or not len(found) or decoded >= photo.width:
+            return pixels, found
+        size = input_size(pose, self.networks[pose.file])
+        smallest = (found.boxes_px[:, 3] - found.boxes_px[:, 1]).min() * pose.padding
+        if smallest >= size[1]:
+            return pixels, found
+        wanted = min(1.0, decoded / photo.width * size[1] / max(smallest, 1.0)) * max(photo.width, photo.height)
+        pixels = photo.pixels(int(np.ceil(wanted)))
+        return pixels, Detections(found.boxes_px * (pixels.shape[1] / decoded), found.scores)
+
+    def _top_down(self, pixels: RGBArray, found: Detections) -> People:
+        if not len(found):
+            return People.none(self.skeleton)
+        keypoints, scores = self._keypoints(pixels, found)
+        if self.options.flip or self.options.effort == "thorough":
+            keypoints, scores = self._flip_averaged(pixels, found, keypoints, scores)
+        return People(self.skeleton, keypoints, scores, found.boxes_px, found.scores)
+
+    def _keypoints(self, pixels: RGBArray, found: Detections, flip: bool = False) -> tuple[FloatArray, FloatArray]:
+        """Return keypoints (N, K, 2) and scores (N, K) of the boxes, seen in a mirror with `flip`."""
+        pose = self.specification.pose
+        assert pose is not None
+        network = self.networks[pose.file]
+        size = input_size(pose, network)
+
+        def cut(box: FloatArray) -> tuple[Floats, Placement]:
+            canvas, at = crop(pixels, person_region(box, size, pose.padding), size)
+            return normalised((canvas[:, ::-1] if flip else canvas)[None], pose), at
+
+        crops = network.each([lambda box=box: cut(box) for box in found.boxes_px])
+        outputs = network.run(np.concatenate([values for values, _ in crops]))
+        points, scores = HEADS[pose.decode](outputs, size)
+        self._check_joints(pose.file, points.shape[1])
+        if flip:
+            order = list(self.skeleton.mirror)
+            points, scores = points[:, order] * (-1, 1) + (size[0], 0), scores[:, order]
+        return np.stack([at.to_photo(p) for p, (_, at) in zip(points, crops, strict=True)]), scores
+
+    def _flip_averaged(
+        self, pixels: RGBArray, found: Detections, keypoints: FloatArray, scores: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Average with what the network sees in a mirror, by score; where both disagree widely the surer one counts."""
+        mirrored, mirrored_scores = self._keypoints(pixels, found, flip=True)
+        total = np.maximum(scores + mirrored_scores, 1e-9)[..., None]
+        mean = (keypoints * scores[..., None] + mirrored * mirrored_scores[..., None]) / total
+        heights = (found.boxes_px[:, 3] - found.boxes_px[:, 1])[:, None]
+        agree = np.linalg.norm(keypoints - mirrored, axis=-1) < _FLIP_AGREEMENT * heights
+        surer = np.where((scores >= mirrored_scores)[..., None], keypoints, mirrored)
+        return np.where(agree[..., None], mean, surer), (scores + mirrored_scores) / 2
+
+    def _one_stage(self, found: Detections) -> People:
+        if not len(found):
+            return People.none(self.skeleton)
+        self._check_joints(self.specification.detector.file, found.keypoints_px.shape[1])
+        return People(self.skeleton, found.keypoints_px, found.keypoint_scores, found.boxes_px, found.scores)
+
+    def _check_joints(self, file: str, count: int) -> None:
+        if count != len(self.skeleton):
+            raise ModelError(f"{file} answers {count} joints, and {self.skeleton.name} has {len(self.skeleton)}")
+
+    def _kept(self, people: People, photo: Photo) -> People:
+        """Return who is left once joints outside the photo and unsure ones are missing, and doubles are dropped."""
+        spec = self.specification
+        points = people.keypoints_px
+        inside = ((points >= 0) & (points <= (photo.width, photo.height))).all(axis=-1)
+        scores = np.where(inside & (people.scores >= spec.keypoint_score), people.scores, 0.0)
+        # a joint that should be there and is not speaks against the person, one beyond the photo's edge does not
+        joint_mean = scores.sum(axis=1) / np.maximum(inside.sum(axis=1), 1)
+        person_scores = np.sqrt(people.person_scores * joint_mean)
+        people = People(self.skeleton, points, scores, people.boxes_px, person_scores)
+        is_person = (person_scores >= spec.person_score) & (np.stack([people.joint_score(j) for j in _TRUNK]) > 0).any(
+            axis=0
+        )
+        return distinct(people[is_person], spec.most_similar)
+
+
+#: Limbs in a box without any of these are nobody who could be placed, and often part of somebody else.
+_TRUNK = (
+    "nose",
+    "left_eye",
+    "right_eye",
+    "left_ear",
+    "right_ear",
+    "left_shoulder",
+    "right_shoulder",
+    "left_hip",
+    "right_hip",
+)
+#: Positions further apart than this fraction of the box's height are two different opinions, not noise.
+_FLIP_AGREEMENT = 0.05
+
+
+def open_backend(argument: str, options: PoseOptions) -> OnnxBackend:
+    """Return the back end of a ready specification's name or a TOML file's path."""
+    return OnnxBackend(read_specification(argument), options)

@@ -1,0 +1,86 @@
+"""Whom a network sees that looks at a photo: the whole of it, and tiles where people may be too small for that."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...errors import ModelError
+from ...photo import RGBArray
+from ..detections import DECODERS, Detections, joined, suppressed, uncut
+from .letterbox import Region, letterbox, tiles, tiles_around
+from .network import Floats, Network
+from .one_stage import ONE_STAGE
+from .specification import DetectorInput, Input
+
+
+class PhotoNetwork:
+    """A detector or a one-stage network at work on photos, looking as hard as the effort says."""
+
+    def __init__(self, specification: DetectorInput, network: Network, effort: str) -> None:
+        self.specification, self.network = specification, network
+        self.size = input_size(specification, network)
+        # not a method of its kind but the one decoder that the specification names, of either table
+        self._decode: Any = {**DECODERS, **ONE_STAGE}[specification.decode]
+        stated = {"fast": specification.fast_tiles, "thorough": specification.thorough_tiles}.get(effort)
+        self._fractions = stated or specification.tiles
+        whole_first = self._fractions[0] >= 1
+        self._guided = specification.suspicion > 0 and effort != "thorough" and whole_first
+
+    def detect(self, pixels: RGBArray) -> Detections:
+        """Return everybody seen in RGB pixels of shape (H, W, 3), in those pixels; who is seen twice is there twice.
+
+        Tiles cover the photo, or lie only where the look at the whole photo suspects somebody, where the
+        specification says from which score on it does. Who is cut by a tile's edge is left to another look.
+        """
+        height, width = pixels.shape[:2]
+        least, aspect = self.specification.score, self.size[0] / self.size[1]
+        if not self._guided:
+            regions = [r for fraction in self._fractions for r in tiles(width, height, fraction, aspect)]
+            return joined(self._look_at(pixels, regions, least))
+        whole = self._look(pixels, (0, 0, width, height), self.specification.suspicion)
+        suspected = self._suspected(whole)
+        regions = [r for f in self._fractions[1:] for r in tiles_around(suspected, width, height, f, aspect)]
+        return joined([whole[whole.scores >= least], *self._look_at(pixels, regions, least)])
+
+    def _suspected(self, whole: Detections) -> NDArray[np.float64]:
+        """Return the boxes that are too unsure to be people, and show nobody who was found; the likeliest first."""
+        distinct = suppressed(whole, self.specification.overlap)
+        return distinct.boxes_px[distinct.scores < self.specification.score]
+
+    def _look_at(self, pixels: RGBArray, regions: list[Region], least: float) -> list[Detections]:
+        return self.network.each([lambda region=region: self._look(pixels, region, least) for region in regions])
+
+    def _look(self, pixels: RGBArray, region: Region, least: float) -> Detections:
+        spec = self.specification
+        canvas, at = letterbox(pixels, region, self.size, fill=spec.fill, centred=spec.centred)
+        found: Detections = self._decode(
+            self.network.run_one(normalised(canvas[None], spec)), self.size, spec.person, least
+        )
+        placed = Detections(
+            at.boxes_to_photo(found.boxes_px), found.scores, at.to_photo(found.keypoints_px), found.keypoint_scores
+        )
+        return uncut(placed, region, (pixels.shape[1], pixels.shape[0]))
+
+
+def input_size(part: Input, network: Network) -> tuple[int, int]:
+    """Return the (width, height) of a network's input; raises ModelError where file and specification disagree."""
+    fixed = network.input_size
+    if fixed is None and min(part.size) <= 0:
+        raise ModelError(f"{part.file} takes any size: state `size` in the specification")
+    if fixed is not None and min(part.size) > 0 and tuple(part.size) != fixed:
+        raise ModelError(f"{part.file} takes {fixed[0]} x {fixed[1]}, and the specification says {list(part.size)}")
+    return fixed or (int(part.size[0]), int(part.size[1]))
+
+
+def normalised(canvases: RGBArray, part: Input) -> Floats:
+    """Return RGB images (B, H, W, 3) as a network's input (B, 3, H, W)."""
+    ordered = canvases[..., ::-1] if part.colours == "bgr" else canvases
+    values = np.ascontiguousarray(ordered.transpose(0, 3, 1, 2), np.float32)
+    if part.mean != (0.0, 0.0, 0.0):
+        values -= np.array(part.mean, np.float32).reshape(3, 1, 1)
+    if part.std != (1.0, 1.0, 1.0):
+        values /= np.array(part.std, np.float32).reshape(3, 1, 1)
+    return values
