@@ -20,7 +20,7 @@ from proxemetry.locate.scenefit.projection import (
     camera_axes,
     project,
 )
-from proxemetry.people.skeleton import COCO_17, HALPE_26, SKELETONS
+from proxemetry.people.skeleton import BLAZEPOSE_33, COCO_17, HALPE_26, SKELETONS
 
 LENGTHS_M = [1.70, 1.36, 0.52, 0.35, 0.063, 0.15]
 
@@ -113,3 +113,15 @@ def test_left_mirrors_right(name):
             for posture in range(len(POSTURES)):
                 assert model.rest[posture, k] == pytest.approx(model.rest[posture, other] * (1, -1, 1))
                 assert model.spread[k] == model.spread[other]
+
+
+def test_blazeposes_ears_lie_nearer_together_and_to_the_face():
+    def ears(skeleton):
+        model = body_model(skeleton)
+        at = [list(model.columns).index(skeleton.index(f"{side}_ear")) for side in ("left", "right")]
+        return (model.head @ np.array(LENGTHS_M))[0, at]
+
+    ours, coco = ears(BLAZEPOSE_33), ears(COCO_17)
+    assert (ours[0] - ours[1]) / (coco[0] - coco[1])[1] == pytest.approx((0, 0.64, 0))
+    assert ours[:, 0] == pytest.approx(0.20 * LENGTHS_M[-1])
+    assert coco[:, 0] == pytest.approx(0)

@@ -23,6 +23,7 @@ from .body_tables import (
     FACE,
     FACE_LEAN,
     FEET,
+    HEADS,
     HIP_HEIGHT,
     HIP_OUT,
     LATENT_PRIORS,
@@ -81,7 +82,7 @@ def body_model(skeleton: Skeleton) -> BodyModel:
         for p in range(len(POSTURES)):
             body[p, k], rest[p, k] = _joint(joint, p)
             latent[p, k] = _latents(joint, p)
-            head[p, k] = _leant(_head(joint), FACE_LEAN[p])
+            head[p, k] = _leant(_head(joint, skeleton.name), FACE_LEAN[p])
         forward, left, up, factor = DEFINITIONS.get(skeleton.name, {}).get(kind_of(joint), (0.0, 0.0, 0.0, 1.0))
         rest[:, k] += (forward, left * _side(joint), up)
         spread[k] *= factor
@@ -149,11 +150,14 @@ def _leg_joint(kind: str, side: int, p: int) -> tuple[FloatArray, FloatArray]:
     return table, np.array([forward, side * out, height - torso_rest])
 
 
-def _head(joint: str) -> FloatArray:
+def _head(joint: str, skeleton: str = "") -> FloatArray:
     """Return the part of a joint that turns with the head, per metre of each length (3, L), the face upright."""
     table = np.zeros((3, len(LENGTHS)))
     if joint in FACE:
         forward, left, _ = FACE[joint]
+        elsewhere = HEADS.get(skeleton, {}).get(kind_of(joint))
+        if elsewhere is not None:
+            forward, left = elsewhere[0], _side(joint) * elsewhere[1]
         table[0] = _lengths(head=forward)
         table[1] = _lengths(pupils=left) if joint in EYES else _lengths(head=left)
     return table
