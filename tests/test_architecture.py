@@ -13,7 +13,7 @@ SOURCE = Path(proxemetry.__file__).parent
 
 #: A module imports only from those above it. Names in one row stand side by side.
 LAYERS = (
-    ("errors", "version", "assignment"),
+    ("errors", "version", "assignment", "telemetry"),
     ("photo",),
     ("people",),
     ("camera",),

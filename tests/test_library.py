@@ -2,6 +2,8 @@
 
 import dataclasses
 import json
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -250,3 +252,17 @@ def test_a_skeleton_of_ones_own_is_measured_written_and_read(scene):
 def test_a_functions_answer_that_cannot_be_right_is_refused(scene, answer, said):
     with pytest.raises(KeypointsError, match=said):
         px.measure(PIXELS, pose=lambda pixels: answer(scene.people), camera=scene.camera)
+
+
+def test_every_name_is_there_and_importing_alone_loads_nothing():
+    for name in px.__all__:
+        assert getattr(px, name) is not None
+    assert {*px._HOME, "__version__"} == set(px.__all__) <= set(dir(px))
+    with pytest.raises(AttributeError, match="no attribute 'measured'"):
+        _ = px.measured
+    program = "import sys, proxemetry, proxemetry.measure as function; print(function.__name__, proxemetry.measure)"
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    assert done.stdout.startswith("measure <function measure at")
+    program = "import sys, proxemetry; print('numpy' in sys.modules)"
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "False"

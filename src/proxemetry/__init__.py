@@ -4,21 +4,30 @@
     scene = px.measure("photo.jpg")
     scene.distances_m
 
-Importing this loads no network's runtime, no plotting and no web framework; those come when they are used.
+Importing this loads nothing else: each name loads its module when it is first used, and networks' runtimes, plotting
+and the web framework come when they are needed. Packages that report to their makers are kept from it.
 """
 
-from .bodies import Bodies
-from .camera import Camera, CameraEstimate
-from .camera.focal import FocalRequest
-from .distances import Distances, zone_of
-from .errors import ProxemetryError
-from .locate import LocateSettings
-from .measure import Settings, measure, remeasure
-from .people import People, PoseBackend
-from .people.skeleton import SKELETONS, Skeleton
-from .photo import Photo
-from .scene import Scene
+import importlib
+import sys
+from types import ModuleType
+from typing import TYPE_CHECKING, Any
+
+from . import telemetry
 from .version import __version__
+
+if TYPE_CHECKING:
+    from .bodies import Bodies
+    from .camera import Camera, CameraEstimate
+    from .camera.focal import FocalRequest
+    from .distances import Distances, zone_of
+    from .errors import ProxemetryError
+    from .locate import LocateSettings
+    from .measure import Settings, measure, remeasure
+    from .people import People, PoseBackend
+    from .people.skeleton import SKELETONS, Skeleton
+    from .photo import Photo
+    from .scene import Scene
 
 __all__ = [
     "SKELETONS",
@@ -40,3 +49,50 @@ __all__ = [
     "remeasure",
     "zone_of",
 ]
+
+telemetry.turn_off()
+
+#: Name -> the module that it comes from; the same as above.
+_HOME = {
+    "SKELETONS": "people.skeleton",
+    "Bodies": "bodies",
+    "Camera": "camera",
+    "CameraEstimate": "camera",
+    "Distances": "distances",
+    "FocalRequest": "camera.focal",
+    "LocateSettings": "locate",
+    "People": "people",
+    "Photo": "photo",
+    "PoseBackend": "people",
+    "ProxemetryError": "errors",
+    "Scene": "scene",
+    "Settings": "measure",
+    "Skeleton": "people.skeleton",
+    "measure": "measure",
+    "remeasure": "measure",
+    "zone_of": "distances",
+}
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOME:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    value = getattr(importlib.import_module(f"{__name__}.{_HOME[name]}"), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})
+
+
+class _Package(ModuleType):
+    """The package as a module: `proxemetry.measure` is the function, also once the module of that name is loaded."""
+
+    def __setattr__(self, name: str, value: object) -> None:
+        # Importing a.b sets b on a, which would hide the name that a gives out itself.
+        if not (name in _HOME and isinstance(value, ModuleType)):
+            super().__setattr__(name, value)
+
+
+sys.modules[__name__].__class__ = _Package

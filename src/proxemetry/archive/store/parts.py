@@ -5,6 +5,8 @@ from __future__ import annotations
 import glob
 import json
 import math
+import os
+import tempfile
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache
@@ -246,7 +248,12 @@ def connection(threads: int | None = 1) -> Any:
     """Return this process's DuckDB: with one thread, since whatever runs in parallel runs as processes, or with all."""
     import duckdb
 
-    config: dict[str, Any] = {"autoinstall_known_extensions": False}
+    # It loads and fetches nothing by itself, and what does not fit into memory does not go into the working folder.
+    config: dict[str, Any] = {
+        "autoinstall_known_extensions": False,
+        "autoload_known_extensions": False,
+        "temp_directory": f"{tempfile.gettempdir()}/proxemetry-duckdb-{os.getpid()}",
+    }
     return duckdb.connect(config=config if threads is None else {**config, "threads": threads})
 
 

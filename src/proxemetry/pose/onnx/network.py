@@ -89,6 +89,7 @@ def _load_onnx_runtime(path: Path, device: str) -> tuple[Run, list[Any], str]:
     except ImportError as error:
         extra = "gpu" if device == "gpu" else "onnx"
         raise ModelError(f"ONNX Runtime is not installed: pip install 'proxemetry[{extra}]'") from error
+    ort.disable_telemetry_events()  # on Windows the environment alone does not (`telemetry`)
     wanted = ["CPUExecutionProvider"]
     if device == "gpu":
         wanted = [p for p in _GPU_PROVIDERS if p in ort.get_available_providers()][:1]
