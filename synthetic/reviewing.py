@@ -15,7 +15,7 @@ from proxemetry.archive.store import parts
 from proxemetry.archive.store.folder import Folder
 from proxemetry.archive.store.photos import find_photos
 from proxemetry.archive.store.results import Results, write_run
-from proxemetry.camera import Camera, CameraEstimate
+from proxemetry.camera import Camera, CameraEstimate, Doubt, Flag, FocalSource, Source
 from proxemetry.measure import Settings, place
 from proxemetry.people import People
 from proxemetry.photo import Photo
@@ -28,7 +28,9 @@ TOKEN = "the-token-of-a-test"
 
 WIDTH, HEIGHT = 900, 600
 CAMERA = Camera.centred(780, WIDTH, HEIGHT, focal_rel_sd=0.02, source="test")
-ASSUMED = Camera.centred(780, WIDTH, HEIGHT, focal_rel_sd=0.2, source="ASSUMED field of view of 60 deg")
+ASSUMED = Camera.centred(
+    780, WIDTH, HEIGHT, focal_rel_sd=0.2, source=Source(FocalSource.ASSUMED_FOV, "60 degrees")
+)  # fmt: skip
 
 #: Photo -> where people stand in metres of the camera frame, and the camera.
 PHOTOS: dict[str, tuple[list[tuple[float, float, float]], Camera | None]] = {
@@ -66,7 +68,8 @@ def scene_of(path: Path, name: str) -> Scene:
     """Return the scene of one of `PHOTOS`."""
     places_m, camera = PHOTOS[name]
     photo = Photo.open(path, name)
-    estimate = CameraEstimate(camera, flags=("the field of view is assumed",) if camera is ASSUMED else (),
+    assumed = Flag(Doubt.ASSUMED, "the field of view is assumed")
+    estimate = CameraEstimate(camera, flags=(assumed,) if camera is ASSUMED else (),
                               reason=None if camera else "no focal length: state one with --focal-35mm")  # fmt: skip
     people = people_at(places_m, CAMERA)
     return place(name, photo.sha256, photo.width, photo.height, people, estimate, SETTINGS)

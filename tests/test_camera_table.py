@@ -65,7 +65,7 @@ def test_rows_that_apply_to_nothing_change_nothing(tmp_path: Path) -> None:
 def test_what_a_row_can_state(row: str, metadata: dict[str, float], expected: float, tmp_path: Path) -> None:
     camera = estimate_of(table_of(tmp_path, row), **metadata).camera
     assert camera is not None and camera.f_px == pytest.approx(expected)
-    assert camera.source.startswith("camera table line 2") and "ASSUMED" not in camera.source
+    assert str(camera.source).startswith("camera table line 2: ") and not camera.source.is_assumed
 
 
 def test_a_row_can_state_a_whole_calibration(tmp_path: Path) -> None:

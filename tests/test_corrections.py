@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from proxemetry.archive.review.corrections import FILE, Action, FileKey, Log, apply, corrected_scenes, in_force
 from proxemetry.archive.store.index import summary_of
-from proxemetry.camera import Camera, CameraEstimate
+from proxemetry.camera import Camera, CameraEstimate, Doubt, Flag
 from proxemetry.errors import OutputError, SettingsError
 from proxemetry.measure import Settings, place
 from proxemetry.scene import Scene
@@ -83,7 +83,7 @@ def test_a_focal_length_gives_a_photo_without_one_its_distances() -> None:
     assert unknown.status == "no_camera" and np.isnan(unknown.distances_m).all()
     known = apply(unknown, [act("set_camera", focal_px=1000)])
     assert known.status == "ok" and known.distances_m[0, 1] == pytest.approx(1.5)
-    assert known.camera.camera is not None and known.camera.camera.source.startswith("review")
+    assert known.camera.camera is not None and known.camera.camera.source.reviewed
     # 30 mm on a sensor 36 mm wide, 1200 px: 1000 px again
     same = apply(unknown, [act("set_camera", focal_mm=30, sensor_mm=[36, 24])])
     assert same.distances_m[0, 1] == pytest.approx(1.5, rel=1e-3)
@@ -124,14 +124,17 @@ def test_an_excluded_photo_keeps_its_row_and_loses_its_numbers() -> None:
 
 
 def test_a_focal_length_stated_by_hand_settles_the_doubts_about_the_old_one() -> None:
-    doubts = ("focal length ASSUMED: field of view 60 degrees", "A says 500 px, B 700 px", "cropped (its shape)")
+    crop = Flag(Doubt.CROPPED, "its shape is no sensor's")
+    doubts = (Flag(Doubt.ASSUMED, "a guess"), Flag(Doubt.CONTRADICTED, "others"), Flag(Doubt.METADATA, "0/0"), crop)
     scene = drawn_scene()
     doubtful = replace(scene, camera=replace(scene.camera, flags=doubts))
     measured = apply(doubtful, [act("set_camera", focal_px=900)])
-    assert measured.camera.flags == ("cropped (its shape)",)
+    assert measured.camera.flags == (crop,)
     guessed = apply(doubtful, [act("set_camera", focal_35mm=35)])
-    assert guessed.camera.flags == ("focal length ASSUMED: 35 mm equivalent 35 mm", "cropped (its shape)")
-    assert summary_of(guessed).doubtful
+    assert guessed.camera.flags == (Flag(Doubt.ASSUMED, "focal length ASSUMED: 35 mm equivalent 35 mm"), crop)
+    assert guessed.camera.is_assumed and summary_of(guessed).doubtful
+    (row,) = rows("photos", guessed)
+    assert row["focal_source"] == "review: ASSUMED: 35 mm equivalent 35 mm" and row["focal_assumed"] is True
 
 
 def test_notes_and_marks_change_no_number() -> None:

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from proxemetry.bodies import Bodies, Floor, Mode
-from proxemetry.camera import Camera, CameraEstimate, Candidate
+from proxemetry.camera import Camera, CameraEstimate, Candidate, Doubt, Flag, FocalSource, Source
 from proxemetry.errors import OutputError, SettingsError
 from proxemetry.measure import Settings, measure, place, remeasure
 from proxemetry.people import People
@@ -17,7 +17,9 @@ from proxemetry.tables import TABLES, rows
 from synthetic.drawn import people_at
 
 CAMERA = Camera.centred(1000, 1000, 800, focal_rel_sd=0.02, source="drawn")
-ESTIMATE = CameraEstimate(CAMERA, (Candidate(1000.0, 0.02, "drawn"),), ("a flag",))
+ESTIMATE = CameraEstimate(
+    CAMERA, (Candidate(1000.0, 0.02, Source(FocalSource.CROP_FACTOR, "1.5 of X")),), (Flag(Doubt.LENS, "a flag"),)
+)  # fmt: skip
 
 
 def scene_of(places, estimate=ESTIMATE, method="torso"):
@@ -73,6 +75,12 @@ def test_json_keeps_floor_modes_and_gravity():
     assert again.modes[1].covariance_m2 == pytest.approx(modes[1].covariance_m2)
     assert again.floor is not None and again.floor.pitch_rad == 0.1 and math.isnan(again.floor.pitch_sd_rad)
     assert again.up is not None and again.up.tolist() == [0, -1, 0]
+
+
+def test_an_old_scene_is_refused_in_one_line() -> None:
+    with pytest.raises(OutputError, match=r"scene/1.*measure the photo again") as refused:
+        Scene.from_json('{"schema": "proxemetry.scene/1", "photo": "a.jpg"}')
+    assert "\n" not in str(refused.value)
 
 
 @pytest.mark.parametrize("text", ["", "[]", "{}", '{"schema": "proxemetry.scene/99"}'])

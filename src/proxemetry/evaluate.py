@@ -17,7 +17,7 @@ import numpy as np
 
 from .benchmark import LabelImage, Labels, Prediction, Predictions
 from .benchmark.scenes import prediction_of
-from .camera import Camera, CameraEstimate
+from .camera import Camera, CameraEstimate, FocalSource, Source
 from .measure import Settings, place, remeasure
 from .people import People
 from .people.skeleton import KORTE_PARTS, PARTS
@@ -43,7 +43,7 @@ def camera_of_labels(image: LabelImage) -> CameraEstimate:
     if not math.isfinite(image.focal_mm):
         return CameraEstimate(None, reason="no focal length beside the labels: add focal_lengths.csv to their folder")
     f_px = image.focal_mm * image.width / SENSOR_WIDTH_MM
-    return CameraEstimate(Camera.centred(f_px, image.width, image.height, source="labels"))
+    return CameraEstimate(Camera.centred(f_px, image.width, image.height, source=Source(FocalSource.LABELS)))
 
 
 def scenes_of_labels(labels: Labels, settings: Settings) -> Iterator[Scene]:

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .bodies import Bodies, Floor, Mode
-from .camera import Camera, CameraEstimate, Candidate
+from .camera import Camera, CameraEstimate, Candidate, Flag, Source
 from .distances import Distances, measure_distances
 from .errors import OutputError, ProxemetryError
 from .people import People
@@ -25,7 +25,7 @@ from .people.skeleton import COCO_17, SKELETONS, Skeleton, skeleton_named
 FloatArray = NDArray[np.float64]
 
 #: Name and version of the JSON form; the version changes when the meaning of a field does.
-SCHEMA = "proxemetry.scene/1"
+SCHEMA = "proxemetry.scene/2"
 
 #: A photo's fate: measured (by however many people), no camera known, not readable, or excluded by a reviewer.
 STATUSES = ("ok", "no_camera", "failed", "excluded")
@@ -108,14 +108,14 @@ class Scene:
 
     @classmethod
     def from_json(cls, text: str) -> Scene:
-        """Read what `to_json` wrote; raises OutputError for any other text or a newer schema."""
+        """Read what `to_json` wrote; raises OutputError for any other text or another schema."""
         try:
             fields = json.loads(text)
             schema = fields["schema"]
         except (ValueError, KeyError, TypeError) as error:
             raise OutputError(f"not a scene of proxemetry ({error})") from error
         if schema != SCHEMA:
-            raise OutputError(f"scene of schema {schema!r}: this version reads {SCHEMA!r}; install a newer proxemetry")
+            raise OutputError(f"scene of schema {schema!r}: this version reads {SCHEMA!r}; measure the photo again")
         try:
             return _scene_from_dict(fields)
         except KeyError as error:
@@ -154,7 +154,7 @@ def _camera_to_dict(estimate: CameraEstimate) -> dict[str, Any]:
     return {
         "camera": asdict(estimate.camera) if estimate.camera else None,
         "candidates": [asdict(c) for c in estimate.candidates],
-        "flags": list(estimate.flags),
+        "flags": [asdict(f) for f in estimate.flags],
         "reason": estimate.reason,
         "lens": estimate.lens,
     }
@@ -163,12 +163,16 @@ def _camera_to_dict(estimate: CameraEstimate) -> dict[str, Any]:
 def _camera_from_dict(fields: Mapping[str, Any]) -> CameraEstimate:
     camera = fields["camera"]
     return CameraEstimate(
-        replace(Camera(**camera), distortion=tuple(camera["distortion"])) if camera else None,
-        tuple(Candidate(**c) for c in fields["candidates"]),
-        tuple(fields["flags"]),
+        Camera(**_with_source(camera)) if camera else None,
+        tuple(Candidate(**_with_source(c)) for c in fields["candidates"]),
+        tuple(map(Flag.from_dict, fields["flags"])),
         fields["reason"],
         fields.get("lens"),
     )
+
+
+def _with_source(fields: Mapping[str, Any]) -> dict[str, Any]:
+    return {**fields, "source": Source.from_dict(fields["source"])}
 
 
 def _people_to_dict(people: People) -> dict[str, Any]:

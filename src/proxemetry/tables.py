@@ -60,6 +60,18 @@ def _camera(attribute: str) -> Callable[[Scene], Value]:
     return lambda s: None if s.camera.camera is None else getattr(s.camera.camera, attribute)
 
 
+def _focal_source(scene: Scene) -> Value:
+    return None if scene.camera.source is None else str(scene.camera.source)
+
+
+def _assumed(scene: Scene) -> Value:
+    return None if scene.camera.camera is None else scene.camera.is_assumed
+
+
+def _camera_flags(scene: Scene) -> Value:
+    return "; ".join(map(str, scene.camera.flags)) or None
+
+
 def _about(key: str) -> Callable[[Scene], Value]:
     return lambda s: s.about.get(key)
 
@@ -86,14 +98,13 @@ _PHOTOS = (
     Column("width_px", "INTEGER", "px", "width of the upright photo", lambda s: s.width_px or None),
     Column("height_px", "INTEGER", "px", "height of the upright photo", lambda s: s.height_px or None),
     Column("focal_px", "DOUBLE", "px", "focal length in pixels of the upright photo", _camera("f_px")),
-    Column("focal_source", "VARCHAR", "", "where the focal length came from; ASSUMED is a guess", _camera("source")),
+    Column("focal_source", "VARCHAR", "", "where the focal length came from; ASSUMED is a guess", _focal_source),
     Column("n_people", "INTEGER", "", "people found; empty where the photo is failed or excluded", _if_counted(len)),
     Column("n_pairs", "INTEGER", "", "pairs with a distance", _if_counted(lambda s: s.distances.below(math.inf))),
     Column("seconds", "DOUBLE", "s", "computing time", lambda s: s.seconds),
     Column("focal_rel_sd", "DOUBLE", "", "relative standard deviation of the focal length", _camera("focal_rel_sd")),
-    Column(
-        "camera_flags", "VARCHAR", "", "what is doubtful about the camera", lambda s: "; ".join(s.camera.flags) or None
-    ),
+    Column("focal_assumed", "BOOLEAN", "", "true: the focal length is a guess, as focal_source says", _assumed),
+    Column("camera_flags", "VARCHAR", "", "what is doubtful about the camera", _camera_flags),
     Column("camera_height_m", "DOUBLE", "m", "height of the camera above the floor", _floor("height_m")),
     Column("camera_pitch_deg", "DOUBLE", "deg", "camera pitch, positive looks down", _floor("pitch_rad", _DEGREES)),
     Column("date", "VARCHAR", "", "when the photo was taken (its metadata)", _about("date")),

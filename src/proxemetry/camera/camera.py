@@ -13,11 +13,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import CameraError
+from .sources import Flag, FocalSource, Source
 
 FloatArray = NDArray[np.float64]
 
 NO_DISTORTION = (0.0, 0.0, 0.0, 0.0, 0.0)
 _UNDISTORT_ITERATIONS = 30
+_USER = Source(FocalSource.USER)
 
 
 @dataclass(frozen=True)
@@ -27,7 +29,7 @@ class Camera:
     `fx`, `fy`, `cx`, `cy`, `width`, `height` are in pixels of the upright photo. `distortion` is OpenCV's
     (k1, k2, p1, p2, k3). `focal_rel_sd` is the relative standard deviation of the focal length (0 = exact),
     `principal_sd_px` that of the principal point in pixels (a crop's is unknown). `source` says where the focal
-    length came from.
+    length came from; a plain text is taken for the user's word.
 
     Raises CameraError where a focal length or a size is not a positive finite number, or a standard deviation negative.
     """
@@ -41,9 +43,10 @@ class Camera:
     distortion: tuple[float, float, float, float, float] = NO_DISTORTION
     focal_rel_sd: float = 0.0
     principal_sd_px: float = 0.0
-    source: str = "user"
+    source: Source = _USER
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "source", _source(self.source))
         for name in ("fx", "fy", "cx", "cy", "width", "height", "focal_rel_sd", "principal_sd_px"):
             object.__setattr__(self, name, _plain(name, getattr(self, name)))
         object.__setattr__(self, "distortion", tuple(_plain("distortion", value) for value in self.distortion))
@@ -62,20 +65,23 @@ class Camera:
 
     @classmethod
     def centred(
-        cls, f_px: float, width: int, height: int, *, focal_rel_sd: float = 0.0, source: str = "user"
+        cls, f_px: float, width: int, height: int, *, focal_rel_sd: float = 0.0, source: Source | str = _USER
     ) -> Camera:
         """Return the camera with square pixels and its principal point in the middle of the photo."""
-        return cls(f_px, f_px, width / 2, height / 2, width, height, focal_rel_sd=focal_rel_sd, source=source)
+        middle = (width / 2, height / 2)
+        return cls(f_px, f_px, *middle, width, height, focal_rel_sd=focal_rel_sd, source=_source(source))
 
     @property
     def f_px(self) -> float:
         """The focal length in pixels: the geometric mean of `fx` and `fy`."""
         return math.sqrt(self.fx * self.fy)
 
-    def with_focal(self, f_px: float, *, focal_rel_sd: float = 0.0, source: str = "user") -> Camera:
+    def with_focal(self, f_px: float, *, focal_rel_sd: float = 0.0, source: Source | str = _USER) -> Camera:
         """Return this camera with another focal length; the pixels' aspect ratio stays."""
         factor = f_px / self.f_px
-        return replace(self, fx=self.fx * factor, fy=self.fy * factor, focal_rel_sd=focal_rel_sd, source=source)
+        return replace(
+            self, fx=self.fx * factor, fy=self.fy * factor, focal_rel_sd=focal_rel_sd, source=_source(source)
+        )
 
     def resized(self, width: int, height: int) -> Camera:
         """Return the camera of the same photo resized to `width` x `height` pixels."""
@@ -125,6 +131,10 @@ class Camera:
         return normalised * (self.fx, self.fy) + (self.cx, self.cy)
 
 
+def _source(source: Source | str) -> Source:
+    return source if isinstance(source, Source) else Source(FocalSource.USER, source)
+
+
 def _plain(name: str, value: object) -> float:
     """Return a number as Python's own: an element of an array is none that JSON knows."""
     if isinstance(value, int | float):
@@ -141,22 +151,37 @@ class Candidate:
 
     focal_px: float
     rel_sd: float
-    source: str
+    source: Source
 
 
 @dataclass(frozen=True)
 class CameraEstimate:
     """The camera chosen for a photo, every candidate, and what is doubtful.
 
-    camera is None where no focal length is known; reason then says so and what to do. flags are short texts. lens
-    says whose distortion the camera has, and where it is from; None where it has none.
+    camera is None where no focal length is known; reason then says so and what to do. lens says whose distortion the
+    camera has, and where it is from; None where it has none.
     """
 
     camera: Camera | None
     candidates: tuple[Candidate, ...] = ()
-    flags: tuple[str, ...] = ()
+    flags: tuple[Flag, ...] = ()
     reason: str | None = None
     lens: str | None = None
+
+    @property
+    def source(self) -> Source | None:
+        """Where the chosen focal length came from, None where none is known."""
+        return None if self.camera is None else self.camera.source
+
+    @property
+    def is_assumed(self) -> bool:
+        """Whether the focal length is a guess."""
+        return self.camera is not None and self.camera.source.is_assumed
+
+    @property
+    def is_doubtful(self) -> bool:
+        """Whether anything is doubtful about the camera, a guessed focal length included."""
+        return bool(self.flags) or self.is_assumed
 
 
 def _distort(ideal: FloatArray, distortion: tuple[float, float, float, float, float]) -> FloatArray:

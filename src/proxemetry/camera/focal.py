@@ -7,7 +7,6 @@ resolution; the 35 mm equivalent; EXIF focal length with the camera's crop facto
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, cast
@@ -16,13 +15,10 @@ from ..errors import SettingsError
 from ..photo import Photo
 from .camera import Camera, CameraEstimate, Candidate
 from .frame import SD_OF_90, Frame, frame_of
+from .sources import Doubt, Flag, FocalSource, Source
 from .table import CameraRow, CameraTable
 
-__all__ = ["ASSUMED", "Camera", "CameraEstimate", "Candidate", "FocalRequest", "estimate_camera"]
-
-#: The source that every assumption carries.
-ASSUMED = "ASSUMED"
-ASSUMED_FIELD_OF_VIEW = f"{ASSUMED}: field of view"
+__all__ = ["Camera", "CameraEstimate", "Candidate", "FocalRequest", "estimate_camera"]
 
 #: The diagonal of the 36 x 24 mm frame to which the 35 mm equivalent refers.
 _FULL_FRAME_DIAGONAL_MM = math.hypot(36, 24)
@@ -32,11 +28,6 @@ _EQUIVALENT_SD = 0.025  # some makers scale the width, not the diagonal; the rou
 _CROP_FACTOR_SD = 0.03
 _ASSUMED_EQUIVALENT_SD = 0.1
 _ASSUMED_FOV_SD = 0.2
-#: How doubts about the focal length are spelled: as no more than assumed, and as contradicted by other candidates.
-_ON_FOCAL = "focal length "
-_CONTRADICTION = re.compile(r" says \d+ px, ")
-#: How the sources of what is stated begin.
-_STATED = ("user", "camera table")
 
 
 @dataclass(frozen=True)
@@ -103,31 +94,34 @@ def estimate_camera(photo: Photo, request: FocalRequest | None = None) -> Camera
     request = request or FocalRequest()
     row = row_of(photo, request.camera_table) if request.camera_table else None
     frame = frame_of(photo.width, photo.height, photo.metadata)
-    candidates = _settle_zoom(photo, tuple(_candidates(photo, request, row, frame)))
-    flags = photo.metadata.remarks
+    found = _settle_zoom(photo, tuple(_found(photo, request, row, frame)))
+    candidates = tuple(f.candidate for f in found)
+    flags = tuple(Flag(Doubt.METADATA, remark) for remark in photo.metadata.remarks)
     stated_mm = (row and row.focal_mm) or request.focal_mm
-    unusable = stated_mm is not None and not any(c.source.startswith(_STATED) for c in candidates)
+    unusable = stated_mm is not None and not any(_is_by_user(c) for c in candidates)
     if unusable or not candidates:
         return CameraEstimate(None, candidates, flags, _what_is_missing(photo, stated_mm))
-    chosen, frame, doubts = _weigh(photo, candidates, frame)
+    chosen, frame, doubts = _weigh(photo, found, frame)
     camera = Camera.centred(
         chosen.focal_px, photo.width, photo.height, focal_rel_sd=chosen.rel_sd, source=chosen.source
     )
     camera = replace(camera, principal_sd_px=frame.principal_sd_px)
     if frame.principal_px is not None:
         camera = replace(camera, cx=frame.principal_px[0], cy=frame.principal_px[1])
-    if chosen.source.startswith(ASSUMED):
-        doubts.append(f"{_ON_FOCAL}{chosen.source}")
+    if chosen.source.is_assumed:
+        doubts.append(Flag(Doubt.ASSUMED, f"focal length {chosen.source}"))
     if row is not None:
         camera = _with_row(camera, row)
     if frame.crop is not None:
         known = "as recorded" if frame.principal_px is not None else "unknown"
         where = known if camera.principal_sd_px else "as stated"
-        doubts.append(f"cropped ({frame.crop}): principal point {where}")
+        doubts.append(Flag(Doubt.CROPPED, f"cropped ({frame.crop}): principal point {where}"))
     camera, lens, doubt = _with_lens(camera, photo, row, frame)
-    if not chosen.source.startswith(_STATED):  # what is wrong with the metadata is no matter where nobody uses them
+    if not _is_by_user(chosen):  # what is wrong with the metadata is no matter where nobody uses them
         doubts = [*flags, *doubts]
-    return CameraEstimate(camera, candidates, (*doubts, *([doubt] if doubt else [])), lens=lens)
+    if doubt:
+        doubts.append(Flag(Doubt.LENS, doubt))
+    return CameraEstimate(camera, candidates, tuple(doubts), lens=lens)
 
 
 def row_of(photo: Photo, table: CameraTable) -> CameraRow | None:
@@ -135,9 +129,13 @@ def row_of(photo: Photo, table: CameraTable) -> CameraRow | None:
     return table.row_for(photo.name, photo.metadata.make, photo.metadata.model)
 
 
-def flags_beside_focal(flags: tuple[str, ...]) -> tuple[str, ...]:
+def flags_beside_focal(flags: tuple[Flag, ...]) -> tuple[Flag, ...]:
     """Return the flags that stay true when the focal length is stated anew: crops, zooms, lenses."""
-    return tuple(f for f in flags if not f.startswith(_ON_FOCAL) and not _CONTRADICTION.search(f))
+    return tuple(f for f in flags if not f.doubt.is_settled_by_focal)
+
+
+def _is_by_user(candidate: Candidate) -> bool:
+    return candidate.source.kind in (FocalSource.USER, FocalSource.CAMERA_TABLE)
 
 
 def _with_row(camera: Camera, row: CameraRow) -> Camera:
@@ -166,15 +164,28 @@ def _with_lens(
     return replace(camera, distortion=correction.distortion), str(correction), None
 
 
-def _candidates(photo: Photo, request: FocalRequest, row: CameraRow | None, frame: Frame) -> Iterator[Candidate]:
+@dataclass(frozen=True)
+class _Found:
+    """A candidate, and what ties its pixels to the lens: where the user states millimetres, that is the file's word."""
+
+    candidate: Candidate
+    basis: FocalSource
+
+    @classmethod
+    def of(cls, f_px: float, rel_sd: float, kind: FocalSource, detail: str = "") -> _Found:
+        """Return what is its own basis."""
+        return cls(Candidate(f_px, rel_sd, Source(kind, detail)), kind)
+
+
+def _found(photo: Photo, request: FocalRequest, row: CameraRow | None, frame: Frame) -> Iterator[_Found]:
     if row is not None:
-        yield from _stated(photo, _request_of(row, photo), frame, f"camera table line {row.line}")
-    yield from _stated(photo, request, frame, "user")
+        yield from _stated(photo, _request_of(row, photo), frame, FocalSource.CAMERA_TABLE, f"line {row.line}: ")
+    yield from _stated(photo, request, frame, FocalSource.USER)
     yield from _recorded(photo, frame)
     if request.assume_fov_deg is not None:
         # Across the long side, as wide as the camera sees it: held upright it has the same lens.
         f_px = max(photo.width, photo.height) / 2 / math.tan(math.radians(request.assume_fov_deg) / 2)
-        yield Candidate(f_px, _ASSUMED_FOV_SD, f"{ASSUMED_FIELD_OF_VIEW} {request.assume_fov_deg:g} degrees")
+        yield _Found.of(f_px, _ASSUMED_FOV_SD, FocalSource.ASSUMED_FOV, f"{request.assume_fov_deg:g} degrees")
 
 
 def _request_of(row: CameraRow, photo: Photo) -> FocalRequest:
@@ -188,109 +199,126 @@ def _request_of(row: CameraRow, photo: Photo) -> FocalRequest:
     return FocalRequest(row.focal_mm, row.focal_35mm, row.focal_px, sensor_mm)
 
 
-def _stated(photo: Photo, request: FocalRequest, frame: Frame, origin: str) -> Iterator[Candidate]:
+def _stated(photo: Photo, request: FocalRequest, frame: Frame, kind: FocalSource, where: str = "") -> Iterator[_Found]:
     """Yield what the user states for the run or in a row of a table, alone or with what the photo adds."""
     if request.focal_px is not None:
-        yield Candidate(request.focal_px, 0.0, f"{origin}: focal length in pixels")
+        yield _Found.of(request.focal_px, 0.0, kind, f"{where}focal length in pixels")
     elif request.focal_35mm is not None:
         # One equivalent for all photos of a run is nobody's measurement: it stays marked as what it is.
-        f_px = _from_equivalent(request.focal_35mm, frame)
-        said = f"35 mm equivalent {request.focal_35mm:g} mm"
-        if origin == "user":
-            yield Candidate(f_px, math.hypot(_ASSUMED_EQUIVALENT_SD, frame.size_rel_sd), f"{ASSUMED}: {said}")
+        f_px, mm = _from_equivalent(request.focal_35mm, frame), f"{request.focal_35mm:g} mm"
+        if kind is FocalSource.USER:
+            sd = math.hypot(_ASSUMED_EQUIVALENT_SD, frame.size_rel_sd)
+            yield _Found.of(f_px, sd, FocalSource.ASSUMED_EQUIVALENT, mm)
         else:
-            yield Candidate(f_px, math.hypot(_EQUIVALENT_SD, frame.size_rel_sd), f"{origin}: {said}")
+            sd = math.hypot(_EQUIVALENT_SD, frame.size_rel_sd)
+            yield _Found.of(f_px, sd, kind, f"{where}35 mm equivalent {mm}")
     elif request.sensor_mm is not None:
         focal_mm = request.focal_mm or photo.metadata.focal_mm
         if focal_mm is not None:
             what = "focal length" if request.focal_mm else "EXIF focal length"
-            yield _from_sensor(focal_mm * _zoom(photo), request.sensor_mm, frame, f"{origin}: {what} and sensor size")
+            f_px, sd = _from_sensor(focal_mm * _zoom(photo), request.sensor_mm, frame)
+            yield _Found.of(f_px, sd, kind, f"{where}{what} and sensor size")
     elif request.focal_mm is not None:
-        yield from _from_body(photo, request.focal_mm, frame, f"{origin}: focal length")
+        for f_px, sd, basis, detail in _from_body(photo, request.focal_mm, frame):
+            words = _BY_BODY[basis].format(detail)
+            yield _Found(Candidate(f_px, sd, Source(kind, f"{where}focal length and {words}")), basis)
 
 
-def _recorded(photo: Photo, frame: Frame) -> Iterator[Candidate]:
+#: What gives a stated focal length its pixels, for print.
+_BY_BODY = {
+    FocalSource.FOCAL_PLANE: "focal plane resolution",
+    FocalSource.CROP_FACTOR: "crop factor {}",
+    FocalSource.EQUIVALENT: "the ratio of EXIF's two focal lengths",
+}
+
+
+def _recorded(photo: Photo, frame: Frame) -> Iterator[_Found]:
     """Yield what the photo's metadata say, the most trustworthy first."""
     focal_mm, focal_35mm = photo.metadata.focal_mm, photo.metadata.focal_35mm
-    from_body = list(_from_body(photo, focal_mm, frame, "EXIF focal length")) if focal_mm is not None else []
-    yield from (c for c in from_body if "focal plane" in c.source)
+    from_body = [
+        _Found.of(*fields) for fields in (() if focal_mm is None else _from_body(photo, focal_mm, frame))
+    ]  # fmt: skip
+    yield from (f for f in from_body if f.basis is FocalSource.FOCAL_PLANE)
     if focal_35mm is not None:
         rounding = 0.29 / focal_35mm  # the standard deviation of rounding to whole millimetres
         sd = math.hypot(math.hypot(_EQUIVALENT_SD, rounding), frame.size_rel_sd)
-        yield Candidate(_from_equivalent(focal_35mm, frame), sd, "EXIF 35 mm equivalent")
-    yield from (c for c in from_body if "focal plane" not in c.source)
+        yield _Found.of(_from_equivalent(focal_35mm, frame), sd, FocalSource.EQUIVALENT)
+    yield from (f for f in from_body if f.basis is not FocalSource.FOCAL_PLANE)
 
 
 def _from_equivalent(focal_35mm: float, frame: Frame) -> float:
     return focal_35mm * frame.diagonal_px / _FULL_FRAME_DIAGONAL_MM
 
 
-def _from_body(photo: Photo, focal_mm: float, frame: Frame, origin: str) -> Iterator[Candidate]:
-    """Yield the candidates of a focal length in millimetres and what is known of the camera's sensor."""
+def _from_body(photo: Photo, focal_mm: float, frame: Frame) -> Iterator[tuple[float, float, FocalSource, str]]:
+    """Yield pixels, relative sd, basis and its particulars of a focal length in millimetres on the camera's sensor."""
     from .lens import crop_factor
 
     metadata, focal_mm_zoomed = photo.metadata, focal_mm * _zoom(photo)
     if metadata.focal_plane_px_per_mm is not None:
         f_px = focal_mm_zoomed * metadata.focal_plane_px_per_mm * frame.scale
-        yield Candidate(f_px, math.hypot(_LENS_SD, frame.scale_rel_sd), f"{origin} and focal plane resolution")
+        yield f_px, math.hypot(_LENS_SD, frame.scale_rel_sd), FocalSource.FOCAL_PLANE, ""
     factor = crop_factor(metadata.make, metadata.model, focal_mm)
     if factor is not None:
         f_px = _from_equivalent(focal_mm_zoomed * factor, frame)
         sd = math.hypot(_CROP_FACTOR_SD, frame.size_rel_sd)
-        yield Candidate(f_px, sd, f"{origin} and crop factor {factor:.4g} of {metadata.model}")
+        yield f_px, sd, FocalSource.CROP_FACTOR, f"{factor:.4g} of {metadata.model}"
     if metadata.focal_mm is not None and metadata.focal_35mm is not None and focal_mm != metadata.focal_mm:
         f_px = _from_equivalent(metadata.focal_35mm * focal_mm / metadata.focal_mm, frame)
-        sd = math.hypot(_CROP_FACTOR_SD, frame.size_rel_sd)
-        yield Candidate(f_px, sd, f"{origin} and the ratio of EXIF's two focal lengths")
+        yield f_px, math.hypot(_CROP_FACTOR_SD, frame.size_rel_sd), FocalSource.EQUIVALENT, ""
 
 
-def _from_sensor(focal_mm: float, sensor_mm: tuple[float, float], frame: Frame, source: str) -> Candidate:
-    """Return the candidate of a sensor size; its long side follows the photo's, whichever way that is turned."""
+def _from_sensor(focal_mm: float, sensor_mm: tuple[float, float], frame: Frame) -> tuple[float, float]:
+    """Return pixels and relative sd by a sensor size; its long side follows the photo's, whichever way it is turned."""
     long_mm, short_mm = max(sensor_mm), min(sensor_mm)
     along = max(frame.width_px, frame.height_px) / long_mm
     across = min(frame.width_px, frame.height_px) / short_mm
     # Where the shapes differ, the photo was cut from the smallest frame of the sensor's shape that holds it.
     shape_sd = abs(math.log(along / across)) / 2
     sd = math.sqrt(_LENS_SD**2 + frame.size_rel_sd**2 + (shape_sd**2 if shape_sd > 0.01 else 0.0))
-    return Candidate(focal_mm * max(along, across), sd, source)
+    return focal_mm * max(along, across), sd
 
 
 def _zoom(photo: Photo) -> float:
     return photo.metadata.digital_zoom or 1.0
 
 
-def _settle_zoom(photo: Photo, candidates: tuple[Candidate, ...]) -> tuple[Candidate, ...]:
+def _settle_zoom(photo: Photo, found: tuple[_Found, ...]) -> tuple[_Found, ...]:
     """Find out whether the 35 mm equivalent counts the digital zoom: the standard does not say, and makers differ."""
     zoom = _zoom(photo)
-    tagged = [c for c in candidates if c.source == "EXIF 35 mm equivalent"]
+    tagged = [f for f in found if f.candidate.source.kind is FocalSource.EQUIVALENT]
     if zoom == 1.0 or not tagged:
-        return candidates
+        return found
     (tag,) = tagged
-    references = [c for c in candidates if c.source.startswith("EXIF focal length and")]
+    tagged_px = tag.candidate.focal_px
+    by_body = (FocalSource.FOCAL_PLANE, FocalSource.CROP_FACTOR)
+    references = [f.candidate.focal_px for f in found if f.candidate.source.kind in by_body]
     if references:
-        without = abs(math.log(tag.focal_px * zoom / references[0].focal_px))
-        if without < abs(math.log(tag.focal_px / references[0].focal_px)):
-            settled = replace(tag, focal_px=tag.focal_px * zoom, source=f"{tag.source} x digital zoom {zoom:g}")
+        without = abs(math.log(tagged_px * zoom / references[0]))
+        if without < abs(math.log(tagged_px / references[0])):
+            source = replace(tag.candidate.source, detail=f"x digital zoom {zoom:g}")
+            settled = replace(tag.candidate, focal_px=tagged_px * zoom, source=source)
         else:
-            settled = tag
+            settled = tag.candidate
     else:
-        settled = replace(tag, rel_sd=math.hypot(tag.rel_sd, math.log(zoom) / SD_OF_90))
-    return tuple(settled if c is tag else c for c in candidates)
+        settled = replace(tag.candidate, rel_sd=math.hypot(tag.candidate.rel_sd, math.log(zoom) / SD_OF_90))
+    return tuple(replace(f, candidate=settled) if f is tag else f for f in found)
 
 
-def _weigh(photo: Photo, candidates: tuple[Candidate, ...], frame: Frame) -> tuple[Candidate, Frame, list[str]]:
+def _weigh(photo: Photo, found: tuple[_Found, ...], frame: Frame) -> tuple[Candidate, Frame, list[Flag]]:
     """Return the first candidate, its interval wide enough to hold those that contradict it, and the doubts."""
-    chosen, doubts, sd = candidates[0], [], candidates[0].rel_sd
+    chosen, doubts, sd = found[0].candidate, list[Flag](), found[0].candidate.rel_sd
     if _zoom(photo) > 1:
-        doubts.append(f"digital zoom {_zoom(photo):g}x")
-    for other in candidates[1:]:
-        if other.source.startswith(ASSUMED):
+        doubts.append(Flag(Doubt.ZOOMED, f"digital zoom {_zoom(photo):g}x"))
+    for other in (f.candidate for f in found[1:]):
+        if other.source.is_assumed:
             continue
         apart = math.log(other.focal_px / chosen.focal_px)
         if abs(apart) <= max(2 * math.hypot(chosen.rel_sd, other.rel_sd), 0.05):
             continue
-        doubts.append(f"{other.source} says {other.focal_px:.0f} px, {chosen.source} {chosen.focal_px:.0f} px")
-        if apart < 0 and "focal plane" in chosen.source:  # the resolution implies a smaller sensor than the camera has
+        text = f"{other.source} says {other.focal_px:.0f} px, {chosen.source} {chosen.focal_px:.0f} px"
+        doubts.append(Flag(Doubt.CONTRADICTED, text))
+        if apart < 0 and found[0].basis is FocalSource.FOCAL_PLANE:  # it implies a smaller sensor than the camera has
             if frame.crop is not None:
                 continue  # a crop is the explanation: the resolution still holds, the other does not
             room = (math.exp(-apart) - 1) * max(photo.width, photo.height) / math.sqrt(12)

@@ -6,7 +6,6 @@ from typing import Any
 
 from ..archive.store.parts import attached, quoted
 from ..archive.store.results import Results
-from ..camera.focal import ASSUMED
 from ..distances import UNCERTAIN, ZONES, is_vague
 from .camera_options import WHAT_TO_STATE
 
@@ -22,7 +21,7 @@ def print_results(results: Results) -> int:
         duck,
         "SELECT count(*) photos, count(*) FILTER (status = 'ok') measured, count(*) FILTER (status = 'failed') failed, "
         "count(*) FILTER (status = 'no_camera') no_camera, count(*) FILTER (status = 'excluded') excluded, "
-        f"count(*) FILTER (status = 'ok' AND contains(focal_source, '{ASSUMED}')) assumed, "
+        "count(*) FILTER (status = 'ok' AND focal_assumed) assumed, "
         "count(*) - count(DISTINCT nullif(sha256, '')) "
         "- count(*) FILTER (coalesce(sha256, '') = '') copies, sum(n_people) people, sum(n_pairs) pairs, "
         f"any_value(safe_distance_m) safe_m, sum(n_below_safe) below FROM {photos}",

@@ -120,5 +120,5 @@ def footnote(scene: Scene, shown: list[tuple[int, int]]) -> str:
             reasons.setdefault(reason, []).append(str(person))
     words += [f"Without a place: {', '.join(who)} ({why})." for why, who in reasons.items()]
     if scene.camera.flags:
-        words.append(f"Camera: {'; '.join(scene.camera.flags)}.")
+        words.append(f"Camera: {'; '.join(map(str, scene.camera.flags))}.")
     return " ".join(words)

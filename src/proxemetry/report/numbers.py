@@ -14,7 +14,6 @@ from ..archive.figures.grouping import UNKNOWN, sql_of
 from ..archive.figures.summary import Share
 from ..archive.store.folder import Folder
 from ..archive.store.parts import attached, quoted
-from ..camera.focal import ASSUMED
 from ..distances import ZONES
 
 FloatArray = NDArray[np.float64]
@@ -110,9 +109,7 @@ def count(folder: Folder, group_by: str, n_sample: int, n_listed: int) -> Number
         return duck.execute(query).fetchone()
 
     photos, corrected = one("SELECT count(*), coalesce(sum(CAST(corrections > 0 AS INTEGER)), 0) FROM report_photos")
-    measured, assumed = one(
-        f"SELECT count(*), count(*) FILTER (contains(focal_source, '{ASSUMED}')) FROM report_photos WHERE status = 'ok'"
-    )
+    measured, assumed = one("SELECT count(*), count(*) FILTER (focal_assumed) FROM report_photos WHERE status = 'ok'")
     (people,) = one("SELECT count(*) FROM report_people")
     pairs, on_ground = one(
         "SELECT count(*), coalesce(avg(CAST(on_ground AS DOUBLE)), 0) FROM report_pairs WHERE distance_m NOTNULL"

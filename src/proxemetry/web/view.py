@@ -76,11 +76,15 @@ def _camera(scene: Scene) -> dict[str, Any]:
         "known": camera is not None,
         "text": camera_text(scene),
         "focal_px": None if camera is None else number(camera.f_px, 1),
-        "source": None if camera is None else camera.source,
+        "source": None if camera is None else str(camera.source),
         "reason": scene.camera.reason,
-        "flags": list(scene.camera.flags),
+        "flags": [str(flag) for flag in scene.camera.flags],
         "candidates": [
-            {"focal_px": number(c.focal_px, 1), "spread_pct": number(100 * SD_OF_90 * c.rel_sd, 1), "source": c.source}
+            {
+                "focal_px": number(c.focal_px, 1),
+                "spread_pct": number(100 * SD_OF_90 * c.rel_sd, 1),
+                "source": str(c.source),
+            }
             for c in scene.camera.candidates
         ],
         "view": None if camera is None else [numbers(v) for v in field_of_view(camera, scene.bodies.up)],

@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...bodies import Bodies
-from ...camera import CameraEstimate
-from ...camera.focal import ASSUMED, estimate_camera, flags_beside_focal
+from ...camera import CameraEstimate, Doubt
+from ...camera.focal import estimate_camera, flags_beside_focal
 from ...measure import Settings, remeasure
 from ...people import People
 from ...people.skeleton import Skeleton
@@ -24,9 +24,6 @@ from ...scene import Scene
 from .actions import ACTIONS, Action, camera_request
 
 FloatArray = NDArray[np.float64]
-
-#: Where a camera came from that a reviewer stated.
-REVIEWED = "review"
 
 #: Two boxes this alike (area of overlap over area of union) are the same person.
 SAME_PERSON_IOU = 0.5
@@ -159,11 +156,11 @@ def _set_camera(draft: _Draft, value: Mapping[str, Any], scene: Scene) -> bool:
     if stated is None:
         return False
     before = draft.camera.camera
-    camera = replace(stated, source=f"{REVIEWED}: {stated.source}")
+    camera = replace(stated, source=replace(stated.source, reviewed=True))
     if before is not None:  # the lens and the middle of the picture stay as they were
         camera = before.with_focal(stated.f_px, focal_rel_sd=stated.focal_rel_sd, source=camera.source)
     # What was doubtful about the old focal length is settled; that the new one is assumed is not.
-    assumed = tuple(flag for flag in estimate.flags if ASSUMED in flag)
+    assumed = tuple(flag for flag in estimate.flags if flag.doubt is Doubt.ASSUMED)
     draft.camera = CameraEstimate(
         camera, draft.camera.candidates, (*assumed, *flags_beside_focal(draft.camera.flags)), lens=draft.camera.lens
     )

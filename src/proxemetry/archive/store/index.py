@@ -8,7 +8,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...camera.focal import ASSUMED
 from ...scene import Scene
 from . import parts
 from .parts import attached
@@ -45,7 +44,6 @@ def summary_of(scene: Scene) -> Summary:
     metres = scene.distances_m
     known = np.isfinite(metres)
     widths = (scene.distances.high_m - scene.distances.low_m)[known] / metres[known]
-    camera = scene.camera.camera
     return Summary(
         scene.photo,
         scene.sha256,
@@ -55,7 +53,7 @@ def summary_of(scene: Scene) -> Summary:
         int(known.sum()) // 2,
         float(metres[known].min(initial=math.inf)) if known.any() else math.nan,
         float(np.nanmax(widths)) if np.isfinite(widths).any() else math.nan,
-        bool(scene.camera.flags) or (camera is not None and camera.source.startswith(ASSUMED)),
+        scene.camera.is_doubtful,
         int(scene.about.get("corrections", 0)),
     )
 
@@ -75,7 +73,7 @@ def summaries(results: Results) -> list[Summary]:
             "coalesce(n_pairs, 0), "
             "list_min(list_transform(pairs, lambda p: p.distance_m)), "
             "list_max(list_transform(pairs, lambda p: (p.high_m - p.low_m) / p.distance_m)), "
-            f"coalesce(camera_flags, '') != '' OR starts_with(coalesce(focal_source, ''), '{ASSUMED}') "
+            "coalesce(camera_flags, '') != '' OR coalesce(focal_assumed, false) "
             f"FROM {parts.every_row(results.folder)} ORDER BY photo"
         )
         .fetchall()

@@ -18,7 +18,7 @@ from .parts import attached
 from .photos import locate
 
 FOLDER = "manifest"
-SCHEMA = "proxemetry.manifest/3"
+SCHEMA = "proxemetry.manifest/4"
 
 #: Shards are read so many at a time.
 _SHARDS_AT_ONCE = 64

@@ -21,8 +21,8 @@ from numpy.typing import NDArray
 from ...people import People
 from ...photo.metadata import Metadata
 from ..camera import Camera, CameraEstimate, Candidate
-from ..focal import ASSUMED_FIELD_OF_VIEW
 from ..frame import SD_OF_90, frame_of
+from ..sources import Doubt, Flag, FocalSource, Source
 from .focal_profile import consensus, profile_around, profile_everywhere
 from .verticals import segments_of
 
@@ -60,7 +60,7 @@ def calibrate(people: People, width: int, height: int) -> CameraEstimate:
     if isinstance(posterior, str):
         return CameraEstimate(None, reason=f"none from the people: {posterior}")
     count, pitch = int(posterior.upright.sum()), math.degrees(posterior.pitch_rad)
-    source = f"people: {count} upright, camera pitched {pitch:.0f} degrees"
+    source = Source(FocalSource.PEOPLE, f"{count} upright, camera pitched {pitch:.0f} degrees")
     candidate = Candidate(posterior.f_px, posterior.log_sd, source)
     interval = f"{posterior.low_px:.0f} to {posterior.high_px:.0f} px"
     if SD_OF_90 * posterior.log_sd > math.log1p(WIDEST):
@@ -68,7 +68,8 @@ def calibrate(people: People, width: int, height: int) -> CameraEstimate:
         return CameraEstimate(None, (candidate,), reason=reason)
     camera = Camera.centred(posterior.f_px, width, height, focal_rel_sd=posterior.log_sd, source=source)
     camera = replace(camera, principal_sd_px=frame_of(width, height, Metadata()).principal_sd_px)
-    return CameraEstimate(camera, (candidate,), (f"focal length from the people: {interval}",))
+    flag = Flag(Doubt.ESTIMATED, f"focal length from the people: {interval}")
+    return CameraEstimate(camera, (candidate,), (flag,))
 
 
 def with_people(estimate: CameraEstimate, people: People, width: int, height: int) -> CameraEstimate:
@@ -76,13 +77,13 @@ def with_people(estimate: CameraEstimate, people: People, width: int, height: in
 
     What the people tell goes before an assumed field of view, which is for photos that nothing else is known of.
     """
-    assumed = estimate.camera is not None and estimate.camera.source.startswith(ASSUMED_FIELD_OF_VIEW)
+    assumed = estimate.source is not None and estimate.source.kind is FocalSource.ASSUMED_FOV
     if estimate.camera is not None and not assumed:
         return estimate
     found = calibrate(people, width, height)
     candidates = (*found.candidates, *estimate.candidates)
     if found.camera is not None:
-        kept = tuple(flag for flag in estimate.flags if ASSUMED_FIELD_OF_VIEW not in flag)
+        kept = tuple(flag for flag in estimate.flags if flag.doubt is not Doubt.ASSUMED)
         return CameraEstimate(found.camera, candidates, (*kept, *found.flags))
     if assumed:
         return replace(estimate, candidates=candidates)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from ...camera import Camera
+from ...camera import Camera, FocalSource, Source
 from ...errors import KeypointsError
 from ...people.skeleton import skeleton_named
 from .recording import Recording, naming, people_of, person_of, size_of
@@ -40,5 +40,5 @@ def _camera(entry: Mapping[str, Any] | None, width: float | None, height: float 
     distortion = tuple(float(entry.get(name, 0.0)) for name in ("k1", "k2", "p1", "p2", "k3"))
     return Camera(
         fx, float(entry.get("fy", fx)), float(entry.get("cx", width / 2)), float(entry.get("cy", height / 2)),
-        int(width), int(height), distortion=distortion, source="keypoint file",  # type: ignore[arg-type]
+        int(width), int(height), distortion=distortion, source=Source(FocalSource.KEYPOINT_FILE),  # type: ignore[arg-type]
     )  # fmt: skip

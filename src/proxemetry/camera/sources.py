@@ -1,0 +1,125 @@
+"""Where a focal length came from and what is doubtful about a camera, as types; text is made of them when printed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Any
+
+
+class FocalSource(StrEnum):
+    """Who or what gave a focal length. The values are those of the JSON form."""
+
+    USER = "user"
+    CAMERA_TABLE = "camera_table"
+    KEYPOINT_FILE = "keypoint_file"
+    LABELS = "labels"
+    FOCAL_PLANE = "focal_plane"
+    EQUIVALENT = "equivalent_35mm"
+    CROP_FACTOR = "crop_factor"
+    PEOPLE = "people"
+    LINES = "lines"
+    SAME_CAMERA = "same_camera"
+    ASSUMED_EQUIVALENT = "assumed_equivalent"
+    ASSUMED_FOV = "assumed_fov"
+    ASSUMED_PRIOR = "assumed_prior"
+
+    @property
+    def words(self) -> str:
+        """The source as a person reads it."""
+        return _WORDS[self]
+
+    @property
+    def is_stated(self) -> bool:
+        """Whether a person stated it, rather than the photo's file."""
+        return self in (FocalSource.USER, FocalSource.CAMERA_TABLE, FocalSource.KEYPOINT_FILE, FocalSource.LABELS)
+
+    @property
+    def is_recorded(self) -> bool:
+        """Whether the photo's metadata gave it."""
+        return self in (FocalSource.FOCAL_PLANE, FocalSource.EQUIVALENT, FocalSource.CROP_FACTOR)
+
+    @property
+    def is_assumed(self) -> bool:
+        """Whether it is a guess: nobody measured it and nothing recorded it."""
+        return self in (FocalSource.ASSUMED_EQUIVALENT, FocalSource.ASSUMED_FOV, FocalSource.ASSUMED_PRIOR)
+
+
+_WORDS = {
+    FocalSource.USER: "user",
+    FocalSource.CAMERA_TABLE: "camera table",
+    FocalSource.KEYPOINT_FILE: "keypoint file",
+    FocalSource.LABELS: "labels",
+    FocalSource.FOCAL_PLANE: "EXIF focal length and focal plane resolution",
+    FocalSource.EQUIVALENT: "EXIF 35 mm equivalent",
+    FocalSource.CROP_FACTOR: "EXIF focal length and crop factor",
+    FocalSource.PEOPLE: "people",
+    FocalSource.LINES: "straight lines",
+    FocalSource.SAME_CAMERA: "other photos of the same camera",
+    FocalSource.ASSUMED_EQUIVALENT: "ASSUMED: 35 mm equivalent",
+    FocalSource.ASSUMED_FOV: "ASSUMED: field of view",
+    FocalSource.ASSUMED_PRIOR: "ASSUMED: as published photos are",
+}
+#: Sources that name themselves before what follows; the others read on.
+_WITH_COLON = (FocalSource.USER, FocalSource.PEOPLE, FocalSource.LINES, FocalSource.SAME_CAMERA)
+
+
+@dataclass(frozen=True)
+class Source:
+    """A focal length's source with its particulars: "user: focal length in pixels".
+
+    detail: for print alone. reviewed: a reviewer stated it for this photo.
+    """
+
+    kind: FocalSource
+    detail: str = ""
+    reviewed: bool = False
+
+    def __str__(self) -> str:
+        between = ": " if self.kind in _WITH_COLON else " "
+        return f"{'review: ' if self.reviewed else ''}{self.kind.words}{between if self.detail else ''}{self.detail}"
+
+    @property
+    def is_assumed(self) -> bool:
+        """Whether the focal length is a guess."""
+        return self.kind.is_assumed
+
+    @classmethod
+    def from_dict(cls, fields: Mapping[str, Any]) -> Source:
+        """Return the source that was written as a dict; raises ValueError for an unknown kind."""
+        return cls(FocalSource(fields["kind"]), fields["detail"], fields["reviewed"])
+
+
+class Doubt(StrEnum):
+    """What may be wrong with a camera. The values are those of the JSON form."""
+
+    ASSUMED = "assumed"
+    CONTRADICTED = "contradicted"
+    ESTIMATED = "estimated"
+    METADATA = "metadata"
+    CROPPED = "cropped"
+    ZOOMED = "zoomed"
+    LENS = "lens"
+    OTHER = "other"
+
+    @property
+    def is_settled_by_focal(self) -> bool:
+        """Whether a focal length that is stated anew settles it; crops, digital zooms and lenses stay."""
+        return self in (Doubt.ASSUMED, Doubt.CONTRADICTED, Doubt.ESTIMATED, Doubt.METADATA)
+
+
+@dataclass(frozen=True)
+class Flag:
+    """One doubt about a camera, and in words what it is about."""
+
+    doubt: Doubt
+    text: str
+
+    def __str__(self) -> str:
+        return self.text
+
+    @classmethod
+    def from_dict(cls, fields: Mapping[str, Any]) -> Flag:
+        """Return the flag that was written as a dict; raises ValueError for an unknown doubt."""
+        return cls(Doubt(fields["doubt"]), fields["text"])
