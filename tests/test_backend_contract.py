@@ -97,6 +97,7 @@ def test_people_are_in_pixels_of_the_photo_with_scores(backend: PoseBackend, str
     people = backend.detect(Photo.from_array(street))
     assert np.array_equal(street, before)
     assert people.skeleton is backend.skeleton
+    assert people.source in ("", backend.name)
     assert len(people) >= 2
     height, width = street.shape[:2]
     seen = np.isfinite(people.keypoints_px).all(axis=-1)

@@ -1,5 +1,7 @@
 """People: what is missing stays missing, rows never move."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -107,3 +109,8 @@ def test_one_visible_shoulder_stands_for_the_shoulders_centre():
     one = People(COCO_17, people.keypoints_px, scores)
     assert one.part("Shoulder")[0] == pytest.approx(one.joint("right_shoulder")[0])
     assert np.isnan(one.part("Torso")).all()
+
+
+def test_who_saw_people_stays_with_them():
+    people = replace(people_at([(1, 0, 5), (-1, 0.2, 8)], CAMERA), source="blazepose")
+    assert people[1].source == people.mirrored(1200).scaled(0.5, 0.5).source == "blazepose"

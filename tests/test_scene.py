@@ -2,6 +2,7 @@
 
 import json
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -162,3 +163,11 @@ def test_people_keep_their_rows_through_the_whole_way():
     assert rows("people", scene)[1]["x_m"] is None
     assert rows("pairs", scene)[0]["distance_m"] is None
     assert rows("pairs", scene)[1]["distance_m"] == pytest.approx(2)
+
+
+@pytest.mark.parametrize("source", ["", "blazepose"])
+def test_json_keeps_who_saw_the_people(source):
+    scene = scene_of([(0, 0, 5)])
+    seen = replace(scene, people=replace(scene.people, source=source))
+    assert Scene.from_json(seen.to_json()).people.source == source
+    assert ('"source":"blazepose"' in seen.to_json()) == bool(source)

@@ -180,6 +180,8 @@ def _people_to_dict(people: People) -> dict[str, Any]:
     skeleton: dict[str, Any] = {"skeleton": people.skeleton.name}
     if people.skeleton != SKELETONS.get(people.skeleton.name):
         skeleton["joints"] = list(people.skeleton.joints)  # nobody else knows it
+    if people.source:
+        skeleton["source"] = people.source
     return {**skeleton, **{name: _numbers(getattr(people, name)) for name in arrays}}
 
 
@@ -195,6 +197,7 @@ def _people_from_dict(fields: Mapping[str, Any]) -> People:
         _array(fields["person_scores"], count),
         _array(fields["heading_rad"], count),
         _array(fields["heading_sd_rad"], count),
+        fields.get("source", ""),
     )
 
 

@@ -36,6 +36,7 @@ class People:
         where it says nothing. 0 faces the viewer, positive turns towards the image's right. It is seen along the line
         of sight: a heading h of somebody who stands at azimuth a, to the right of the camera's axis, faces
         (sin(h - a), 0, -cos(h - a)) in the camera frame.
+    source: the name of the back end that saw them, for whoever weighs joints (`keypoint_noise`); "" where nobody knows.
 
     Construction raises KeypointsError where shapes do not fit. A keypoint with score 0, a NaN score or a NaN
     coordinate is missing in all three arrays.
@@ -48,6 +49,7 @@ class People:
     person_scores: FloatArray = field(default_factory=_empty)
     heading_rad: FloatArray = field(default_factory=_empty)
     heading_sd_rad: FloatArray = field(default_factory=_empty)
+    source: str = ""
 
     def __repr__(self) -> str:
         return f"People({len(self.keypoints_px)} with {len(self.skeleton)} keypoints, {self.skeleton.name})"
@@ -109,7 +111,7 @@ class People:
             rows = [range(len(self))[rows]]  # one person is people too; beyond the last is an IndexError
         return People(
             self.skeleton, self.keypoints_px[rows], self.scores[rows], self.boxes_px[rows], self.person_scores[rows],
-            self.heading_rad[rows], self.heading_sd_rad[rows],
+            self.heading_rad[rows], self.heading_sd_rad[rows], self.source,
         )  # fmt: skip
 
     def joint(self, name: str) -> FloatArray:

@@ -136,7 +136,9 @@ def _add_person(draft: _Draft, value: Mapping[str, Any], scene: Scene) -> bool:
 
 def _joined(one: People, other: People) -> People:
     names = ("keypoints_px", "scores", "boxes_px", "person_scores", "heading_rad", "heading_sd_rad")
-    return People(one.skeleton, *(np.concatenate([getattr(one, n), getattr(other, n)]) for n in names))
+    return People(
+        one.skeleton, *(np.concatenate([getattr(one, n), getattr(other, n)]) for n in names), source=one.source
+    )
 
 
 def _move_joint(draft: _Draft, value: Mapping[str, Any], scene: Scene) -> bool:

@@ -150,7 +150,7 @@ class BlazePose:
         keypoints, joint_scores, person_scores, headings, heading_sds = (np.array(c) for c in zip(*rows, strict=True))
         return People(
             BLAZEPOSE_33, keypoints, joint_scores, person_scores=person_scores, heading_rad=headings,
-            heading_sd_rad=heading_sds,
+            heading_sd_rad=heading_sds, source=self.name,
         )  # fmt: skip
 
     def _joints(self, picture: Picture, looks: list[Candidate], face: Face | None) -> tuple[FloatArray, FloatArray]:

@@ -150,7 +150,7 @@ class OnnxBackend:
         # a joint that should be there and is not speaks against the person, one beyond the photo's edge does not
         joint_mean = scores.sum(axis=1) / np.maximum(inside.sum(axis=1), 1)
         person_scores = np.sqrt(people.person_scores * joint_mean)
-        people = People(self.skeleton, points, scores, people.boxes_px, person_scores)
+        people = People(self.skeleton, points, scores, people.boxes_px, person_scores, source=self.name)
         is_person = (person_scores >= spec.person_score) & (np.stack([people.joint_score(j) for j in _TRUNK]) > 0).any(
             axis=0
         )
