@@ -13,9 +13,9 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from proxemetry.arrays import FloatArray
+
 Rng = np.random.Generator
 
 #: What a detector calls the shoulders are the joints, not the outermost bones: 0.34 m where bones are 0.391 m apart.

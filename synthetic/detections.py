@@ -12,9 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from proxemetry.arrays import FloatArray
 from proxemetry.people.skeleton import Skeleton
 
-FloatArray = NDArray[np.float64]
 Rng = np.random.Generator
 
 _SIGMAS = {

@@ -13,8 +13,8 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from proxemetry.arrays import FloatArray
 from proxemetry.camera import Camera
 from proxemetry.people import People
 from proxemetry.people.skeleton import COCO_17, Skeleton
@@ -22,7 +22,6 @@ from synthetic import scenes as made
 from synthetic.bodies import draw_build, draw_posture, pose_joints
 from synthetic.detections import Detector, detect
 
-FloatArray = NDArray[np.float64]
 Rng = np.random.Generator
 #: Body of one person in the body frame: joint name -> (3,), metres; and the stature. Arguments: rng, seated.
 DrawBody = Callable[[Rng, bool], tuple[dict[str, FloatArray], float]]

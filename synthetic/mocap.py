@@ -11,10 +11,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from proxemetry.arrays import FloatArray
 from synthetic.bodies import Build, draw_build, draw_posture, pose_joints, rotation
 from synthetic.layouts import DrawBody
 
-FloatArray = NDArray[np.float64]
 Rng = np.random.Generator
 
 #: Frames that count as upright: knees hardly bent, trunk near the vertical.

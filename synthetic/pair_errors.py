@@ -16,8 +16,6 @@ from proxemetry.people import People
 from proxemetry.people.skeleton import COCO_17
 from synthetic.scenes import SyntheticPhoto
 
-FloatArray = NDArray[np.float64]
-
 FEET = [COCO_17.joints.index(joint) for joint in ("left_ankle", "right_ankle")]
 
 

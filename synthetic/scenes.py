@@ -17,13 +17,13 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from proxemetry.arrays import FloatArray
 from proxemetry.camera import Camera
 from proxemetry.people import People
 from proxemetry.people.skeleton import COCO_17, Skeleton
 from synthetic.bodies import draw_build, draw_posture, pose_joints
 from synthetic.detections import Detector, Seen, detect
 
-FloatArray = NDArray[np.float64]
 Rng = np.random.Generator
 
 SENSOR_WIDTH_MM = 36.0

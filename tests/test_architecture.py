@@ -13,7 +13,8 @@ SOURCE = Path(proxemetry.__file__).parent
 
 #: A module imports only from those above it. Names in one row stand side by side.
 LAYERS = (
-    ("errors", "version", "assignment", "telemetry"),
+    ("errors", "version", "arrays", "intervals", "telemetry"),
+    ("assignment", "overlap"),
     ("photo",),
     ("people",),
     ("camera",),
@@ -37,7 +38,17 @@ LAYERS = (
 LEVEL = {name: level for level, names in enumerate(LAYERS) for name in names}
 
 #: What scores predictions may know of the rest: never a model, never a photo.
-BENCHMARK_MAY_IMPORT = {"errors", "assignment", "scene", "distances", "people", "bodies", "camera"}
+BENCHMARK_MAY_IMPORT = {
+    "errors",
+    "arrays",
+    "intervals",
+    "assignment",
+    "scene",
+    "distances",
+    "people",
+    "bodies",
+    "camera",
+}
 
 HEAVY = (
     "ai_edge_litert", "onnxruntime", "openvino", "cv2", "matplotlib", "duckdb", "starlette", "uvicorn", "ray", "fsspec",

@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 
 from proxemetry import weights
 from proxemetry.errors import ModelError, SettingsError
+from proxemetry.overlap import iou
 from proxemetry.photo import Photo
 from proxemetry.pose import PoseOptions, backend_named, lacking
 from proxemetry.pose.blazepose.detectors import Boxes, merged, windows_of
@@ -23,7 +24,7 @@ from proxemetry.pose.blazepose.landmarks import Candidate
 from proxemetry.pose.blazepose.proposals import in_boxes
 from proxemetry.pose.blazepose.pruning import without_output
 from proxemetry.pose.blazepose.regions import Picture, Region
-from proxemetry.pose.detections import Detections, overlaps, suppressed
+from proxemetry.pose.detections import Detections, suppressed
 
 SHARED = Path(__file__).resolve().parents[2] / "shared"
 PHOTOS = SHARED / "data" / "photos"
@@ -136,9 +137,9 @@ def test_distinct_boxes_overlap_no_more_than_said_and_every_other_has_a_better_o
     kept = suppressed(boxes, most)
     assert list(kept.scores) == sorted(kept.scores, reverse=True)
     for k in range(len(kept)):
-        assert (np.delete(overlaps(kept.boxes_px[k], kept.boxes_px), k) <= most).all()
+        assert (np.delete(iou(kept.boxes_px[k], kept.boxes_px), k) <= most).all()
     for box, score in zip(boxes.boxes_px, boxes.scores, strict=True):
-        shared = overlaps(box, kept.boxes_px)
+        shared = iou(box, kept.boxes_px)
         assert ((shared > most) & (kept.scores >= score)).any() or (shared > 1 - 1e-9).any()
 
 
@@ -235,7 +236,7 @@ def test_boxes_stand_around_the_labelled_people(embedded):
         assert (boxes.boxes_px[:, :2] < boxes.boxes_px[:, 2:]).all()
         assert (boxes.boxes_px >= 0).all() and (boxes.boxes_px[:, 2:] <= (picture.width, picture.height)).all()
         for label in (p for p in truth["people"] if p["difficulty"] == "clear"):
-            near += bool((overlaps(np.array(label["box"], float), boxes.boxes_px) > 0.4).any())
+            near += bool((iou(np.array(label["box"], float), boxes.boxes_px) > 0.4).any())
             total += 1
     assert near >= total - 2, (near, total)
 

@@ -8,7 +8,7 @@ import pytest
 
 from proxemetry.bodies import Floor
 from proxemetry.camera import Camera
-from proxemetry.distances import LEVEL, ZONE_LIMITS_M, Distances, ground_frame
+from proxemetry.distances import ZONE_LIMITS_M, Distances, ground_frame
 from proxemetry.measure import Settings, place
 from proxemetry.people import People
 from proxemetry.people.skeleton import COCO_17
@@ -77,8 +77,7 @@ def test_heading_zero_faces_the_camera_and_positive_turns_right():
     assert facing[1][0] == pytest.approx(1)
 
 
-def test_intervals_are_ninety_percent_and_zones_are_halls():
-    assert LEVEL == 0.9
+def test_zones_are_halls():
     assert ZONE_LIMITS_M == (0.457, 1.219, 3.658)
 
 

@@ -11,11 +11,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from proxemetry.errors import ModelError
+from proxemetry.overlap import iou
 from proxemetry.people import People
 from proxemetry.people.skeleton import BODY_25
 from proxemetry.photo import Photo
 from proxemetry.pose import backend_named
-from proxemetry.pose.detections import Detections, overlaps
+from proxemetry.pose.detections import Detections
 from proxemetry.pose.paper.body25 import CHANNELS, JOINTS, LIMBS, decode, peaks_of
 from proxemetry.pose.paper.box_groups import grouped, grouped_as_published
 from proxemetry.pose.paper.opencv_network import DarknetDetector, OpenCvNetwork
@@ -57,7 +58,7 @@ def test_nobody_overlaps_a_box_of_another_group(boxes: np.ndarray) -> None:
     for one in groups:
         for other in groups:
             if one is not other:
-                assert all((overlaps(boxes[i], boxes[list(other.rows)]) == 0).all() for i in one.rows)
+                assert all((iou(boxes[i], boxes[list(other.rows)]) == 0).all() for i in one.rows)
 
 
 def _listed_as_published(boxes: np.ndarray) -> list[tuple[set[int], int]]:

@@ -18,13 +18,14 @@ from proxemetry.bodies import Bodies
 from proxemetry.camera import Camera, CameraEstimate
 from proxemetry.distances import measure_distances
 from proxemetry.errors import OutputError, SettingsError
+from proxemetry.intervals import CHI2_2D
 from proxemetry.measure import Settings, place
 from proxemetry.people import People
 from proxemetry.people.skeleton import COCO_17
 from proxemetry.photo import Photo
 from proxemetry.plots.choice import PERSON_COLOURS, footnote, metres_text, pairs_shown, text_on
 from proxemetry.plots.faces import heads_px, pixelated
-from proxemetry.plots.geometry import CHI2_90, ground_positions
+from proxemetry.plots.geometry import ground_positions
 from proxemetry.plots.lettering import draw_badges, to_points
 from proxemetry.plots.placement import along
 from proxemetry.plots.placement import place as place_labels
@@ -165,7 +166,7 @@ def test_the_ellipse_holds_90_percent() -> None:
     position, covariance = (a[0] for a in ground_positions(bodies))
     assert position == pytest.approx([1.0, 4.0])
     draws = np.random.default_rng(0).multivariate_normal(position, covariance, 40_000) - position
-    inside = np.einsum("ni,ij,nj->n", draws, np.linalg.inv(covariance), draws) <= CHI2_90
+    inside = np.einsum("ni,ij,nj->n", draws, np.linalg.inv(covariance), draws) <= CHI2_2D
     assert inside.mean() == pytest.approx(0.9, abs=0.006)
     assert np.isnan(measure_distances(bodies).distance_m[0, 0])
 

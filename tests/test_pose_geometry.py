@@ -10,6 +10,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from proxemetry.errors import ModelError
+from proxemetry.overlap import iou
 from proxemetry.people import People
 from proxemetry.people.skeleton import COCO_17
 from proxemetry.pose.detections import (
@@ -17,7 +18,6 @@ from proxemetry.pose.detections import (
     decode_ultralytics,
     decode_yolox,
     joined,
-    overlaps,
     suppressed,
     uncut,
 )
@@ -236,7 +236,7 @@ def test_suppression_leaves_no_overlap_and_always_the_best(rows: list[tuple[floa
     found = _detections(rows)
     kept = suppressed(found, most)
     for i in range(len(kept)):
-        assert (overlaps(kept.boxes_px[i], kept.boxes_px[:i]) <= most).all()
+        assert (iou(kept.boxes_px[i], kept.boxes_px[:i]) <= most).all()
     assert (np.diff(kept.scores) <= 0).all()
     if len(found):
         assert kept.scores[0] == found.scores.max()

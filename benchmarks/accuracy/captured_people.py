@@ -18,16 +18,14 @@ from itertools import product
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from proxemetry.arrays import FloatArray
 from proxemetry.camera import Camera
 from proxemetry.distances import measure_distances
 from proxemetry.locate import LocateSettings, method_named
 from proxemetry.people import People
 from proxemetry.people.skeleton import COCO_17
 from synthetic.pair_errors import Records, depth_summary, summary
-
-FloatArray = NDArray[np.float64]
 
 #: The joints of a `joints19` row that COCO's 17 have, in its order, and the two that make the torso's middle.
 JOINTS = ("neck", "nose", "mid_hip", "left_shoulder", "left_elbow", "left_wrist", "left_hip", "left_knee", "left_ankle",

@@ -11,6 +11,7 @@ import numpy as np
 
 from proxemetry import distances
 from proxemetry.bodies import Bodies
+from proxemetry.intervals import HIGH, LOW
 
 PAIRS = 2000
 ARRANGEMENTS = ("side by side", "anywhere", "in a row")
@@ -47,7 +48,7 @@ def one_pair(rng, arrangement, relative):
     draws = np.linalg.norm((seen[0] - seen[1] + rng.standard_normal((4000, 3)) * sd * math.sqrt(2))[:, ::2], axis=1)
     truth = np.linalg.norm(gap)
     rows = []
-    for low, high in (np.quantile(draws, [0.05, 0.95]), (answer.low_m[0, 1], answer.high_m[0, 1])):
+    for low, high in (np.quantile(draws, [LOW, HIGH]), (answer.low_m[0, 1], answer.high_m[0, 1])):
         rows += [low <= truth <= high, high - low]
     return rows
 

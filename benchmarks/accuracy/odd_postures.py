@@ -14,9 +14,10 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from proxemetry.arrays import FloatArray
 from proxemetry.camera import Camera
+from proxemetry.intervals import HALF_WIDTH_SD
 from proxemetry.locate import LocateSettings, method_named
 from proxemetry.people import People
 from proxemetry.people.skeleton import COCO_17
@@ -24,12 +25,10 @@ from synthetic import scenes as made
 from synthetic.bodies import Build, draw_build, draw_posture, pose_joints, rotation
 from synthetic.detections import Detector, detect
 
-FloatArray = NDArray[np.float64]
 Rng = np.random.Generator
 Joints = dict[str, FloatArray]
 
 CAMERA = Camera.centred(1800, 1920, 1080)
-_TO_90 = 1.645
 
 
 def standing(rng: Rng, build: Build) -> Joints:
@@ -117,7 +116,7 @@ def line(errors: list[tuple[float, float]]) -> str:
     relative, deviations = np.array(errors).reshape(-1, 2).T
     known = np.isfinite(relative)
     error, bias = 100 * np.abs(relative[known]).mean(), 100 * relative[known].mean()
-    inside = 100 * np.mean(np.abs(deviations[known]) < _TO_90)
+    inside = 100 * np.mean(np.abs(deviations[known]) < HALF_WIDTH_SD)
     return f"{known.sum():4d} of {len(known):3d}{error:8.1f}{bias:+8.1f}{inside:8.0f}"
 
 

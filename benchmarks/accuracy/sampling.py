@@ -14,17 +14,15 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from proxemetry import distances
+from proxemetry.arrays import FloatArray
 from proxemetry.bodies import Bodies
 from proxemetry.locate import LocateSettings, scenefit
 from proxemetry.locate.scenefit.projection import N_LOCAL, N_SHARED, camera_axes, torso_position
 from proxemetry.locate.scenefit.solver import Fit, Rows, SharedPrior, evaluate
 from synthetic.layouts import photos
 from synthetic.scenes import SyntheticPhoto
-
-FloatArray = NDArray[np.float64]
 
 SEED = 3000
 _STEPS, _STEP, _BURN_IN = 10, 0.22, 30

@@ -19,6 +19,7 @@ import numpy as np
 
 from proxemetry.camera import Camera
 from proxemetry.camera.from_people.self_calibration import calibrate
+from proxemetry.intervals import HALF_WIDTH_SD
 from proxemetry.people import People
 from proxemetry.people.skeleton import COCO_17
 from synthetic.layouts import DrawBody
@@ -93,8 +94,8 @@ def row(
         if estimate.camera is not None:
             log_error = math.log(estimate.camera.f_px / truth.f_px)
             errors.append(100 * abs(math.expm1(log_error)))
-            covered.append(abs(log_error) <= 1.645 * estimate.camera.focal_rel_sd)
-            widths.append(100 * 1.645 * estimate.camera.focal_rel_sd)
+            covered.append(abs(log_error) <= HALF_WIDTH_SD * estimate.camera.focal_rel_sd)
+            widths.append(100 * HALF_WIDTH_SD * estimate.camera.focal_rel_sd)
     nothing = float("nan")
     return {
         "declined_pct": 100 * (1 - len(errors) / scenes),

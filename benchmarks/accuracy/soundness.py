@@ -16,18 +16,14 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from proxemetry import distances
 from proxemetry.bodies import Bodies
+from proxemetry.intervals import HALF_WIDTH_SD
 from proxemetry.locate import LocateSettings, method_named
 from synthetic.scenes import Recipe, SyntheticPhoto, scenes
 
-FloatArray = NDArray[np.float64]
-
 SEED = 2000
-#: Half the width of a central interval of 90 %, in standard deviations.
-HALF_90 = 1.645
 FOCAL_SDS = (0.0, 0.025, 0.05, 0.1, 0.2)
 EDGES = (0.0, 0.02, 0.1, 0.3, 0.5, 0.7, 0.9, 0.98, 1.0 + 1e-9)
 
@@ -148,7 +144,7 @@ def main() -> None:
     )
     for name, errors in sure.errors.items():
         z = np.array(errors)
-        held = np.mean(np.abs(z) <= HALF_90)
+        held = np.mean(np.abs(z) <= HALF_WIDTH_SD)
         print(f"| {name} | {len(z)} | {100 * held:.1f} | {np.median(np.abs(z)):.2f} | {np.median(z):+.2f} |")
     print("\n| sd of the focal length | pairs | 90 % holds | width | in space | width |\n|---|---|---|---|---|---|")
     for sd, tally in unsure.items():

@@ -20,17 +20,15 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from benchmarks.networks.networks_at_hand import add_models_option
+from proxemetry.arrays import FloatArray
 from proxemetry.camera import Camera, CameraEstimate
 from proxemetry.locate import METHODS
 from proxemetry.measure import Settings, place
 from proxemetry.people import People, PoseBackend
 from proxemetry.photo import Photo
 from proxemetry.pose import AUTO_ORDER, PoseOptions, backend_named, is_available
-
-FloatArray = NDArray[np.float64]
 
 _LEAST_INSIDE, _LEAST_TALL = 0.7, 0.4
 _BANDS_M = ((0, 10), (10, 20), (20, 40), (0, 40))

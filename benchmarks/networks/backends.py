@@ -25,15 +25,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from benchmarks.accuracy.street import check, read_streets, report
 from benchmarks.networks.networks_at_hand import add_models_option
+from proxemetry.arrays import FloatArray
 from proxemetry.people import People, PoseBackend
 from proxemetry.photo import EXTENSIONS, Photo
 from proxemetry.pose import AUTO_ORDER, PoseOptions, backend_named, is_available
-
-FloatArray = NDArray[np.float64]
 
 
 def counts(people: People, labels: Mapping[str, Any]) -> Counter[str]:

@@ -18,18 +18,17 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from benchmarks.networks.backends import photos_in
 from benchmarks.networks.networks_at_hand import add_models_option
+from proxemetry.arrays import FloatArray
+from proxemetry.intervals import HALF_WIDTH_SD
 from proxemetry.people import People, PoseBackend
 from proxemetry.people.keypoint_noise import NoiseLaw, apparent_stature_px, laws
 from proxemetry.people.skeleton import MIDDLES, kind_of
 from proxemetry.photo import Photo
 from proxemetry.pose import PoseOptions, backend_named
 from proxemetry.pose.cross_check import _closeness  # pyright: ignore[reportPrivateUsage]
-
-FloatArray = NDArray[np.float64]
 
 _MOST_CUT, _MOST_RESIZED = 0.05, 0.12
 _FEWEST_RUNS = 4
@@ -137,7 +136,7 @@ def check_against_labels(backend: PoseBackend, folder: Path, law: NoiseLaw) -> s
             pair = [law.sd_px(j, people.joint_score(j)[row], statures[row]) for j in MIDDLES["neck"]]
             sd = np.sqrt(np.square(pair).sum() / 4 + 5.0**2)
             ratios.extend(np.abs(neck[row] - label["mid_shoulder"]) / sd)
-    within = np.mean(np.array(ratios) < 1.645)
+    within = np.mean(np.array(ratios) < HALF_WIDTH_SD)
     return f"# middle of the shoulders against {len(ratios) // 2} labels: {within:.0%} within 90 % of the law's noise"
 
 

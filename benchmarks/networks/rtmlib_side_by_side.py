@@ -30,6 +30,7 @@ import rtmlib
 from numpy.typing import NDArray
 from onnx import TensorProto, helper, numpy_helper
 
+from proxemetry.arrays import FloatArray
 from proxemetry.people import People
 from proxemetry.photo import EXTENSIONS, Photo
 from proxemetry.pose import PoseOptions
@@ -39,8 +40,6 @@ from proxemetry.pose.onnx.backend import OnnxBackend
 from proxemetry.pose.onnx.letterbox import Placement
 from proxemetry.pose.onnx.pose_decoders import HEADS
 from proxemetry.pose.onnx.specification import Specification, read_specification
-
-FloatArray = NDArray[np.float64]
 
 _SIZE, _DETECTOR_SIZE = (192, 256), (416, 416)
 _SCORE, _OVERLAP = 0.3, 0.5

@@ -33,14 +33,14 @@ from numpy.typing import NDArray
 
 from benchmarks.networks.backends import verdicts
 from benchmarks.networks.networks_at_hand import add_models_option
+from proxemetry.arrays import FloatArray
+from proxemetry.intervals import HALF_WIDTH_SD
 from proxemetry.people import People, PoseBackend
 from proxemetry.photo import Photo
 from proxemetry.pose import PoseOptions, backend_named
 from proxemetry.pose.onnx.backend import OnnxBackend
 
-FloatArray = NDArray[np.float64]
 _EDGES = np.array([0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0])
-_NORMAL_90 = 1.645
 #: A weak normal prior (standard deviation) on the curve's slope: where the score parts real from false without
 #: overlap, the likelihood alone would have it infinite.
 _SLOPE_SD = 10.0
@@ -92,7 +92,7 @@ def wilson(hits: int, count: int) -> tuple[float, float]:
     """Return Wilson's 90 % interval of a share (Wilson 1927); 0 to 1 of nobody."""
     if count == 0:
         return 0.0, 1.0
-    share, z2 = hits / count, _NORMAL_90**2
+    share, z2 = hits / count, HALF_WIDTH_SD**2
     middle = (share + z2 / (2 * count)) / (1 + z2 / count)
     half = np.sqrt(z2 * (share * (1 - share) / count + z2 / (4 * count**2))) / (1 + z2 / count)
     return max(0.0, middle - half), min(1.0, middle + half)

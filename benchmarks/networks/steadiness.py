@@ -16,9 +16,9 @@ import argparse
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from benchmarks.networks.backends import photos_in
+from proxemetry.arrays import FloatArray
 from proxemetry.photo import Photo
 from proxemetry.pose import PoseOptions, backend_named
 from proxemetry.pose.blazepose import BlazePose
@@ -27,8 +27,6 @@ from proxemetry.pose.blazepose.proposals import in_boxes
 from proxemetry.pose.blazepose.regions import Picture, Region
 from proxemetry.pose.blazepose.score import person_score
 from proxemetry.pose.blazepose.search import Search
-
-FloatArray = NDArray[np.float64]
 
 _LOOKS = 12
 #: Only people whom the back end itself is this sure of.

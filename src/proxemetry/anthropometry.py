@@ -16,11 +16,9 @@ from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
-from numpy.typing import NDArray
 
+from .arrays import FloatArray
 from .errors import SettingsError
-
-FloatArray = NDArray[np.float64]
 
 #: Lengths of the joint distribution, in its order; metres. `torso`, `shoulders` and `head` are between joints as
 #: detectors place them, `shoulder_height` is theirs above the sole; `pupils` is the interpupillary distance.

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
+
+from .arrays import FloatArray
 
 
-def assign(costs: NDArray[np.float64]) -> list[tuple[int, int]]:
+def assign(costs: FloatArray) -> list[tuple[int, int]]:
     """Return the pairs (row, column) of least total cost, min(N, M) of them, by row.
 
     costs: shape (N, M), finite. O(N^2 M) by the Hungarian method with potentials (Kuhn 1955, Munkres 1957, in the

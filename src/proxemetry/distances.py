@@ -15,10 +15,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from .arrays import ComplexArray, FloatArray
 from .bodies import Bodies
-
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
+from .intervals import LEVEL
 
 #: Hall 1966: upper limits of the zones in metres; beyond the last is public.
 ZONES = ("intimate", "personal", "social", "public")
@@ -27,9 +26,6 @@ ZONE_LIMITS_M = (0.457, 1.219, 3.658)
 UNCERTAIN = "uncertain"
 #: An interval from one end to more than this many times that is to be read instead of any one number.
 _VAGUE = 4.0
-
-#: The share that `low_m` and `high_m` enclose.
-LEVEL = 0.9
 
 #: Bertoni et al. 2021 (T-ITS): people beyond this are not a group; radii of the transactional segments tried.
 GROUP_REACH_M, GROUP_RADII_M = 2.0, (0.3, 0.5, 1.0)

@@ -13,16 +13,14 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from .arrays import FloatArray
 from .bodies import Bodies, Floor, Mode
 from .camera import Camera, CameraEstimate, Candidate, Flag, Source
 from .distances import Distances, measure_distances
 from .errors import OutputError, ProxemetryError
 from .people import People
 from .people.skeleton import COCO_17, SKELETONS, Skeleton, skeleton_named
-
-FloatArray = NDArray[np.float64]
 
 #: Name and version of the JSON form; the version changes when the meaning of a field does.
 SCHEMA = "proxemetry.scene/2"

@@ -8,7 +8,8 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from ..arrays import FloatArray
+
 Interval = tuple[float, float]
 
 _RESAMPLES, _SEED = 1000, 20210306

@@ -10,9 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import FloatArray
 from .labels import LabelImage
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -16,13 +16,11 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import FloatArray
 from ..errors import LabelsError
 from ..people.skeleton import PARTS
 from .errata import Erratum, load_errata
-
-FloatArray = NDArray[np.float64]
 
 BODY_FILE = "body_pixel_locations.csv"
 TRUTH_FILE = "ground_truth_locations.csv"

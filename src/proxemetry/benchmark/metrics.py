@@ -11,11 +11,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import FloatArray
 from ..distances import ZONE_LIMITS_M, ZONES
 from .bootstrap import median_interval, ratio_intervals
 from .image_score import ImageScore, finite, relative_errors
-
-FloatArray = NDArray[np.float64]
 
 #: Seker et al. 2021, table 6: thresholds of the binary question, metres.
 F1_THRESHOLDS_M = (1.0, 1.5, 2.0, 3.0)

@@ -19,12 +19,10 @@ from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import FloatArray
 from ..errors import LabelsError, OutputError
 from ..people.skeleton import PARTS
-
-FloatArray = NDArray[np.float64]
 
 _IMAGE_KEYS = ("filename", "width", "height", "people", "distances_mm", "intervals_mm", "up")
 _PERSON_KEYS = ("position_mm", "points")

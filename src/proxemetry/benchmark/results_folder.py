@@ -9,13 +9,11 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..errors import LabelsError
 from ..people.skeleton import PARTS
 from .predictions import Prediction, Predictions
 
-FloatArray = NDArray[np.float64]
 Row = Mapping[str, str]
 
 _COLUMNS = {

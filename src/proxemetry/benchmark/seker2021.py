@@ -25,14 +25,12 @@ import math
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import FloatArray
 from ..people.skeleton import PARTS
 from .image_score import ImageScore, relative_errors, upper
 from .labels import LabelImage
 from .predictions import Prediction
-
-FloatArray = NDArray[np.float64]
 
 _FARTHEST_PX = 1_000_000.0
 #: The order in which the parts are compared: of equally near points the first wins.

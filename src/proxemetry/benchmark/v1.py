@@ -16,13 +16,12 @@ from statistics import median
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import FloatArray
 from ..assignment import assign
 from ..people.skeleton import PARTS
 from .image_score import ImageScore, relative_errors, upper
 from .labels import LabelImage
 from .predictions import Prediction
-
-FloatArray = NDArray[np.float64]
 
 #: Distances between annotated points in units of that from the middle of the shoulders to the middle of the torso,
 #: some 0.3 m: medians over the labels of the benchmark, where people show both.

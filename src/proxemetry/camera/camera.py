@@ -10,12 +10,11 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ..arrays import FloatArray
 from ..errors import CameraError
 from .sources import Flag, FocalSource, Source
-
-FloatArray = NDArray[np.float64]
 
 NO_DISTORTION = (0.0, 0.0, 0.0, 0.0, 0.0)
 _UNDISTORT_ITERATIONS = 30

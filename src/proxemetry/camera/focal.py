@@ -12,9 +12,10 @@ from dataclasses import dataclass, replace
 from typing import Any, cast
 
 from ..errors import SettingsError
+from ..intervals import HALF_WIDTH_SD
 from ..photo import Photo
 from .camera import Camera, CameraEstimate, Candidate
-from .frame import SD_OF_90, Frame, frame_of
+from .frame import Frame, frame_of
 from .sources import Doubt, Flag, FocalSource, Source
 from .table import CameraRow, CameraTable
 
@@ -301,7 +302,7 @@ def _settle_zoom(photo: Photo, found: tuple[_Found, ...]) -> tuple[_Found, ...]:
         else:
             settled = tag.candidate
     else:
-        settled = replace(tag.candidate, rel_sd=math.hypot(tag.candidate.rel_sd, math.log(zoom) / SD_OF_90))
+        settled = replace(tag.candidate, rel_sd=math.hypot(tag.candidate.rel_sd, math.log(zoom) / HALF_WIDTH_SD))
     return tuple(replace(f, candidate=settled) if f is tag else f for f in found)
 
 
@@ -325,7 +326,7 @@ def _weigh(photo: Photo, found: tuple[_Found, ...], frame: Frame) -> tuple[Candi
             shift = min(room, 0.3 * max(photo.width, photo.height))
             frame = replace(frame, crop="sensor implied by the focal plane resolution", principal_sd_px=shift)
         if chosen.rel_sd > 0:  # what is stated in pixels is a calibration, and stands
-            sd = max(sd, math.hypot(chosen.rel_sd, apart / SD_OF_90))
+            sd = max(sd, math.hypot(chosen.rel_sd, apart / HALF_WIDTH_SD))
     return replace(chosen, rel_sd=sd), frame, doubts
 
 

@@ -6,6 +6,7 @@ import cmath
 import math
 from dataclasses import dataclass
 
+from ..intervals import HALF_WIDTH_SD
 from ..photo.metadata import Crop, Metadata
 
 #: Shapes of sensors, long side to short. 16:9 and 1:1 are mostly crops made by the camera, centred.
@@ -19,8 +20,6 @@ _EDITOR_CROP_SHIFT = 0.1
 #: How well a recorded rectangle tells the whole picture, as a relative standard deviation of its size: editors count a
 #: few rows and columns of the sensor more or less than the camera does.
 _RECORDED_CROP_SD = 0.004
-#: The central 90 % of a normal distribution ends this many standard deviations out.
-SD_OF_90 = 1.645
 
 
 @dataclass(frozen=True)
@@ -90,7 +89,7 @@ def _crop_of(width: int, height: int, stored: tuple[int, int]) -> Frame:
     """
     smallest = max(width / stored[0], height / stored[1])
     scale = max(1.0, smallest)
-    scale_sd = math.log(scale / smallest) / SD_OF_90
+    scale_sd = math.log(scale / smallest) / HALF_WIDTH_SD
     full = (stored[0] * scale, stored[1] * scale)
     room = math.hypot(full[0] - width, full[1] - height) / math.sqrt(2)
     return Frame(

@@ -9,11 +9,9 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import FloatArray
 from ..photo.metadata import Metadata
-
-FloatArray = NDArray[np.float64]
 
 #: Mounts of cameras without a mirror, which correct their lenses in the JPEGs they write, or may have done so.
 _MOUNTS_CORRECTED_IN_CAMERA = frozenset(

@@ -11,8 +11,8 @@ import sys
 from ..archive.store.photos import find_photos
 from ..camera import CameraEstimate
 from ..camera.focal import estimate_camera, row_of
-from ..camera.frame import SD_OF_90
 from ..errors import PhotoError
+from ..intervals import HALF_WIDTH_SD
 from ..photo import Photo
 from . import DONE, NOTHING_DONE, SOME_FAILED, installation
 from .camera_options import WHAT_TO_STATE, add_camera_options, focal_request
@@ -85,11 +85,11 @@ def lines_of(photo: Photo, estimate: CameraEstimate) -> list[str]:
         chosen = camera is not None and candidate.source == camera.source
         rel_sd = camera.focal_rel_sd if camera is not None and chosen else candidate.rel_sd
         lines.append(
-            f"  {'->' if chosen else '  '} {candidate.focal_px:8.0f} px  +-{100 * SD_OF_90 * rel_sd:3.0f} %  "
+            f"  {'->' if chosen else '  '} {candidate.focal_px:8.0f} px  +-{100 * HALF_WIDTH_SD * rel_sd:3.0f} %  "
             f"{candidate.source}"
         )
     if camera is not None and camera.principal_sd_px:
-        lines.append(f"  principal point: the middle, +-{SD_OF_90 * camera.principal_sd_px:.0f} px")
+        lines.append(f"  principal point: the middle, +-{HALF_WIDTH_SD * camera.principal_sd_px:.0f} px")
     if estimate.lens is not None:
         lines.append(f"  distortion: {estimate.lens}")
     lines += [f"  doubt: {flag}" for flag in estimate.flags]

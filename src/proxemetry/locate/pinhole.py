@@ -14,15 +14,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import FloatArray
 from ..bodies import Bodies
 from ..camera import Camera
 from ..errors import SettingsError
 from ..people import People
 from . import LocateSettings
-
-FloatArray = NDArray[np.float64]
 
 #: Peculiarities of the published code that change its numbers; off unless named in `LocateSettings.quirks`.
 QUIRKS = {

@@ -19,12 +19,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ..arrays import FloatArray
 from .people import People
 from .skeleton import kind_of
-
-FloatArray = NDArray[np.float64]
 
 #: The source that stands in for one that nobody has measured.
 DEFAULT_SOURCE = "default"

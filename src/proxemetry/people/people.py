@@ -10,13 +10,12 @@ from typing import TYPE_CHECKING, Protocol, cast
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..arrays import FloatArray
 from ..errors import KeypointsError
 from .skeleton import MIDDLES, Skeleton
 
 if TYPE_CHECKING:
     from ..photo import Photo
-
-FloatArray = NDArray[np.float64]
 
 
 def _empty() -> FloatArray:

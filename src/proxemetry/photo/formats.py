@@ -11,15 +11,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import RGBArray
 from ..errors import PhotoError
 from .metadata import Metadata, orientation_of, read_metadata
 
 if TYPE_CHECKING:
     from PIL import Image
 
-RGBArray = NDArray[np.uint8]
 
 RAW_EXTENSIONS = (
     ".3fr",

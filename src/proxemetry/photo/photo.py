@@ -7,15 +7,14 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import RGBArray
 from ..errors import PhotoError
 from .formats import RAW_EXTENSIONS, decode, read_header
 from .metadata import Metadata
 
 __all__ = ["EXTENSIONS", "Metadata", "Photo", "RGBArray"]
 
-RGBArray = NDArray[np.uint8]
 
 #: File name endings that a folder is searched for.
 EXTENSIONS = (

@@ -5,13 +5,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..camera.frame import SD_OF_90
 from ..distances import Distances
+from ..intervals import HALF_WIDTH_SD
 from ..scene import Scene
-
-FloatArray = NDArray[np.float64]
 
 #: Okabe and Ito 2008: told apart with any colour vision; the number beside each person says the same.
 PERSON_COLOURS = ("#E69F00", "#56B4E9", "#009E73", "#F0E442", "#0072B2", "#D55E00", "#CC79A7")
@@ -103,7 +100,7 @@ def camera_text(scene: Scene) -> str:
     camera = scene.camera.camera
     if camera is None:
         return "focal length unknown"
-    return f"focal length {camera.f_px:.0f} px ± {100 * SD_OF_90 * camera.focal_rel_sd:.2g} % ({camera.source})"
+    return f"focal length {camera.f_px:.0f} px ± {100 * HALF_WIDTH_SD * camera.focal_rel_sd:.2g} % ({camera.source})"
 
 
 def footnote(scene: Scene, shown: list[tuple[int, int]]) -> str:

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import FloatArray
 from ..people import People
 from ..photo import RGBArray
-
-FloatArray = NDArray[np.float64]
 
 #: The values of `--faces`.
 FACES = ("show", "blur")

@@ -5,17 +5,13 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import FloatArray
 from ..bodies import Bodies
 from ..camera import Camera
 from ..distances import ground_frame
+from ..intervals import CHI2_2D
 from ..people import People
-
-FloatArray = NDArray[np.float64]
-
-#: Squared radius that holds 90 % of a Gaussian in two dimensions: the 0.9 quantile of chi-squared with 2 degrees.
-CHI2_90 = -2 * math.log(0.1)
 
 
 def anchors_px(people: People) -> FloatArray:
@@ -39,7 +35,7 @@ def ground_positions(bodies: Bodies) -> tuple[FloatArray, FloatArray]:
 def ellipse(covariance_m2: FloatArray) -> tuple[float, float, float]:
     """Return the half axes in metres and the angle in radians, from right to forward, of the 90 % ellipse."""
     values, vectors = np.linalg.eigh(covariance_m2)
-    a, b = np.sqrt(CHI2_90 * np.maximum(values, 0))
+    a, b = np.sqrt(CHI2_2D * np.maximum(values, 0))
     return float(a), float(b), math.atan2(vectors[1, 0], vectors[0, 0])
 
 

@@ -12,12 +12,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patheffects import Stroke, withStroke
 from matplotlib.textpath import TextPath
-from numpy.typing import NDArray
 
+from ..arrays import FloatArray
 from .choice import text_on
 from .placement import along, place
-
-FloatArray = NDArray[np.float64]
 
 _NOTHING = np.zeros((0, 4))
 _BADGE_PT, _LABEL_PT = (8.0, 6.4), (8.5, 6.8)  # few people, many people

@@ -6,8 +6,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.patheffects import Normal, Stroke
-from numpy.typing import NDArray
 
+from ..arrays import FloatArray
 from ..photo import RGBArray
 from ..scene import Scene
 from .choice import UNPLACED_COLOUR, LineStyle, colour_of, line_styles, pair_text
@@ -15,8 +15,6 @@ from .faces import heads_px, pixelated
 from .geometry import anchors_px
 from .lettering import badge_radius_pt, draw_badges, draw_pair_labels, to_points
 from .placement import around
-
-FloatArray = NDArray[np.float64]
 
 _BLANK = (232, 233, 235)
 _MANY = 14

@@ -8,15 +8,14 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.patches import Ellipse, Polygon
-from numpy.typing import NDArray
 
+from ..arrays import FloatArray
+from ..intervals import CHI2_2D
 from ..scene import Scene
 from .choice import colour_of, line_styles, short_pair_text
-from .geometry import CHI2_90, ellipse, field_of_view, ground_positions
+from .geometry import ellipse, field_of_view, ground_positions
 from .lettering import badge_radius_pt, draw_badges, draw_pair_labels, panel_box, to_points
 from .placement import around
-
-FloatArray = NDArray[np.float64]
 
 _PAPER, _GRID, _INK = "#FBFBF9", "#DEDEDA", "#555555"
 _STEPS_M = (1, 2, 5, 10, 20, 50, 100, 200, 500)
@@ -61,7 +60,7 @@ def _draw_nobody(axes: Axes, scene: Scene) -> None:
 
 def _set_limits(axes: Axes, positions: FloatArray, covariances: FloatArray) -> None:
     """Fit everybody with most of the ellipses, and the camera unless it is so far off that people would be dots."""
-    reach = np.sqrt(CHI2_90 * np.einsum("pkk->pk", covariances))
+    reach = np.sqrt(CHI2_2D * np.einsum("pkk->pk", covariances))
     spread = max(float(np.ptp(positions, axis=0).max()), 2.0)
     reach = np.minimum(np.nan_to_num(reach), spread) + _ARROW_M
     low, high = (positions - reach).min(axis=0), (positions + reach).max(axis=0)

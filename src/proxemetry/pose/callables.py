@@ -12,14 +12,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import FloatArray
 from ..errors import KeypointsError, SettingsError
 from ..people import People
 from ..people.skeleton import BLAZEPOSE_33, BODY_25, COCO_17, HALPE_26, Skeleton
 from ..photo import Photo
 from ..weights import sha256_of
 from . import PoseOptions
-
-FloatArray = NDArray[np.float64]
 
 #: The skeleton that a number of keypoints stands for where nothing is stated.
 BY_COUNT = {len(s): s for s in (COCO_17, HALPE_26, BODY_25, BLAZEPOSE_33)}

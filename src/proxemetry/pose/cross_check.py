@@ -11,13 +11,13 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import FloatArray
+from ..assignment import assign
 from ..errors import SettingsError
 from ..people import People, PoseBackend
 from ..people.skeleton import MIDDLES, Skeleton
 from ..photo import Photo
 from . import PoseOptions, backend_named
-
-FloatArray = NDArray[np.float64]
 
 #: Skeletons agree where their shared joints are this close on average: a third of the smaller one's size.
 _REACH = 1 / 3
@@ -111,7 +111,4 @@ def _extent(people: People) -> FloatArray:
 
 def _paired(agreement: FloatArray) -> NDArray[np.intp]:
     """Return the rows that get a partner of their own where as many and as good pairs as possible are made."""
-    from scipy.optimize import linear_sum_assignment
-
-    rows, columns = linear_sum_assignment(agreement, maximize=True)
-    return np.sort(rows[agreement[rows, columns] > 0])
+    return np.array([row for row, column in assign(-agreement) if agreement[row, column] > 0], dtype=np.intp)

@@ -11,9 +11,9 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import FloatArray
 from ..errors import ModelError
-
-FloatArray = NDArray[np.float64]
+from ..overlap import iou
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,21 +116,13 @@ def decode_ultralytics(
     return Detections(np.concatenate([raw[:, :2] - raw[:, 2:4] / 2, raw[:, :2] + raw[:, 2:4] / 2], axis=1), scores)
 
 
-def overlaps(box: FloatArray, others: FloatArray) -> FloatArray:
-    """Return the intersection over union of one box with N others, shape (N,)."""
-    low, high = np.maximum(box[:2], others[:, :2]), np.minimum(box[2:], others[:, 2:])
-    shared = np.clip(high - low, 0, None).prod(axis=1)
-    total = np.prod(box[2:] - box[:2]) + (others[:, 2:] - others[:, :2]).prod(axis=1) - shared
-    return shared / np.maximum(total, 1e-12)
-
-
 def suppressed(found: Detections, most_overlap: float) -> Detections:
     """Return the best-scoring boxes, none overlapping a better one by more than `most_overlap`; best first."""
     order, kept = np.argsort(-found.scores, kind="stable"), []
     while len(order):
         best, order = order[0], order[1:]
         kept.append(best)
-        order = order[overlaps(found.boxes_px[best], found.boxes_px[order]) <= most_overlap]
+        order = order[iou(found.boxes_px[best], found.boxes_px[order]) <= most_overlap]
     return found[np.array(kept, dtype=np.intp)]
 
 

@@ -8,18 +8,14 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..archive.figures.grouping import UNKNOWN, sql_of
 from ..archive.figures.summary import Share
 from ..archive.store.folder import Folder
 from ..archive.store.parts import attached, quoted
+from ..arrays import FloatArray
 from ..distances import ZONES
-
-FloatArray = NDArray[np.float64]
-
-#: Half width of a central 90 % interval in standard errors.
-_SE_90 = 1.6449
+from ..intervals import HALF_WIDTH_SD
 
 #: Histogram: edges in metres; everything beyond the last is one bar.
 BIN_M, BINS = 0.5, 20
@@ -255,7 +251,7 @@ def ratio_over_photos(parts: FloatArray, totals: FloatArray) -> Share:
     if n < 2:
         return Share(value, math.nan, math.nan)
     error = math.sqrt(float(((parts - value * totals) ** 2).sum()) * n / (n - 1)) / float(totals.sum())
-    return Share(value, max(0.0, value - _SE_90 * error), min(1.0, value + _SE_90 * error))
+    return Share(value, max(0.0, value - HALF_WIDTH_SD * error), min(1.0, value + HALF_WIDTH_SD * error))
 
 
 def names_of(shares: Sequence[Share]) -> list[tuple[str, Share]]:

@@ -7,18 +7,16 @@ from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..archive.review.actions import Action
 from ..archive.review.edits import joints_to_click
 from ..archive.store.index import Summary
-from ..camera.frame import SD_OF_90
+from ..arrays import FloatArray
+from ..intervals import HALF_WIDTH_SD
 from ..plots.choice import UNPLACED_COLOUR, camera_text, colour_of, pairs_shown, text_on
 from ..plots.faces import heads_px
 from ..plots.geometry import anchors_px, ellipse, field_of_view, ground_positions
 from ..scene import Scene
-
-FloatArray = NDArray[np.float64]
 
 
 def number(value: float, digits: int = 4) -> float | None:
@@ -82,7 +80,7 @@ def _camera(scene: Scene) -> dict[str, Any]:
         "candidates": [
             {
                 "focal_px": number(c.focal_px, 1),
-                "spread_pct": number(100 * SD_OF_90 * c.rel_sd, 1),
+                "spread_pct": number(100 * HALF_WIDTH_SD * c.rel_sd, 1),
                 "source": str(c.source),
             }
             for c in scene.camera.candidates

@@ -11,6 +11,7 @@ import numpy as np
 
 from ...distances import ZONE_LIMITS_M, ZONES
 from ...errors import OutputError, SettingsError
+from ...intervals import HIGH, LOW
 from ...plots import save
 from .grouping import UNKNOWN
 from .summary import Share, Summary
@@ -64,7 +65,7 @@ def by_group(summary: Summary) -> Figure:
     rows = np.arange(len(shown))[::-1]
     for row, g in zip(rows, shown, strict=True):
         start, end = np.searchsorted(summary.group_of_pair, [g, g + 1])
-        q05, q25, q50, q75, q95 = np.quantile(summary.distance_m[start:end], [0.05, 0.25, 0.5, 0.75, 0.95])
+        q05, q25, q50, q75, q95 = np.quantile(summary.distance_m[start:end], [LOW, 0.25, 0.5, 0.75, HIGH])
         left.plot([q05, q95], [row, row], color="0.45", linewidth=1)
         left.barh(row, q75 - q25, left=q25, height=0.5, color="0.82", edgecolor="0.45")
         left.plot([q50, q50], [row - 0.25, row + 0.25], color="black", linewidth=2)

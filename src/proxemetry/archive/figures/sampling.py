@@ -15,11 +15,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
+from ...arrays import FloatArray, IntArray
+from ...intervals import HALF_WIDTH_SD
 
-#: Intervals are the central 90 %, as everywhere.
-_Z = 1.6448536269514722
 #: A standard deviation of shares that rounding alone can make.
 _NOTHING = 1e-9
 #: Student's 95 % point with 1 to 5 degrees of freedom; beyond, its expansion is right to three digits.
@@ -31,7 +29,7 @@ def _student(freedom: IntArray) -> FloatArray:
 
     As `scipy.special.stdtrit`, whose import alone would take about as long as a whole summary may.
     """
-    z, v = _Z, freedom.astype(float)
+    z, v = HALF_WIDTH_SD, freedom.astype(float)
     many = (
         z
         + (z**3 + z) / (4 * v)

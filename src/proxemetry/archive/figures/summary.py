@@ -10,17 +10,14 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...arrays import FloatArray, IntArray
 from ...distances import ZONE_LIMITS_M, ZONES
 from ...errors import OutputError
 from ..store.parts import attached, quoted
 from ..store.results import Results
 from .grouping import sql_of
 from .sampling import Estimates, Sample
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 
 @dataclass(frozen=True)

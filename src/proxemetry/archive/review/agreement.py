@@ -8,15 +8,14 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy.optimize import linear_sum_assignment
 
+from ...arrays import FloatArray
+from ...assignment import assign
+from ...overlap import iou
 from ...scene import Scene
 from .actions import Action
 from .corrections import FileKey, by_file, in_force
-from .edits import SAME_PERSON_IOU, apply, box_overlap
-
-FloatArray = NDArray[np.float64]
+from .edits import SAME_PERSON_IOU, apply
 
 #: Focal lengths this alike (relative) count as the same statement.
 _SAME_FOCAL = 0.01
@@ -112,9 +111,8 @@ def matched_people(a: Scene, b: Scene) -> list[tuple[int, int]]:
     """Return who is the same in two versions of a scene, by the overlap of their boxes, one to one."""
     if not len(a) or not len(b):
         return []
-    overlap = np.array([box_overlap(b.people.boxes_px, box) for box in a.people.boxes_px])
-    rows, columns = linear_sum_assignment(-overlap)
-    return [(int(i), int(k)) for i, k in zip(rows, columns, strict=True) if overlap[i, k] >= SAME_PERSON_IOU]
+    overlap = np.array([iou(box, b.people.boxes_px) for box in a.people.boxes_px])
+    return [(i, k) for i, k in assign(-overlap) if overlap[i, k] >= SAME_PERSON_IOU]
 
 
 def _alike(a: Scene, b: Scene, pairs: list[tuple[int, int]]) -> bool:

@@ -11,19 +11,17 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ...bodies import Bodies
 from ...camera import CameraEstimate, Doubt
 from ...camera.focal import estimate_camera, flags_beside_focal
 from ...measure import Settings, remeasure
+from ...overlap import iou
 from ...people import People
 from ...people.skeleton import Skeleton
 from ...photo import Photo
 from ...scene import Scene
 from .actions import ACTIONS, Action, camera_request
-
-FloatArray = NDArray[np.float64]
 
 #: Two boxes this alike (area of overlap over area of union) are the same person.
 SAME_PERSON_IOU = 0.5
@@ -47,19 +45,9 @@ class _Draft:
         box = value.get("box")
         if box is None or not len(self.people):
             return None
-        overlap = box_overlap(self.people.boxes_px, np.array(box, dtype=float))
+        overlap = iou(np.array(box, dtype=float), self.people.boxes_px)
         row = int(np.argmax(overlap))
         return row if overlap[row] >= SAME_PERSON_IOU else None
-
-
-def box_overlap(boxes: FloatArray, box: FloatArray) -> FloatArray:
-    """Return the area of overlap over the area of union of each box (P, 4) with one box (4,), shape (P,)."""
-    low, high = np.maximum(boxes[:, :2], box[:2]), np.minimum(boxes[:, 2:], box[2:])
-    shared = np.prod(np.clip(high - low, 0, None), axis=1)
-    areas = np.prod(np.clip(boxes[:, 2:] - boxes[:, :2], 0, None), axis=1)
-    union = areas + float(np.prod(np.clip(box[2:] - box[:2], 0, None))) - shared
-    ratio = np.nan_to_num(np.divide(shared, union, out=np.zeros_like(shared), where=union > 0))
-    return np.where((boxes == box).all(axis=1), 1.0, ratio)  # even a box without area is itself
 
 
 def apply(scene: Scene, actions: Sequence[Action]) -> Scene:

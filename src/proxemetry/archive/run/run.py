@@ -208,7 +208,7 @@ def _packages() -> dict[str, str]:
     from importlib.metadata import PackageNotFoundError, version
 
     found: dict[str, str] = {}
-    for package in ("numpy", "scipy", "pillow", "duckdb", "ai-edge-litert", "onnxruntime", "opencv-python-headless"):
+    for package in ("numpy", "pillow", "duckdb", "ai-edge-litert", "onnxruntime", "opencv-python-headless"):
         try:
             found[package] = version(package)
         except PackageNotFoundError:

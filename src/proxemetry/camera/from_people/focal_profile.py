@@ -12,9 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ...arrays import FloatArray
+from ...intervals import HIGH, LOW
 from .verticals import F_RANGE, Segments, direct_solutions, distances_of, residuals_of
-
-FloatArray = NDArray[np.float64]
 
 #: Photos differ in how still people stand and how well they are seen: factors on lean and keypoint noise, with the
 #: prior probability of each. The people's own scatter about the fit decides between them: a crowd that walks leans by
@@ -88,7 +88,7 @@ class Profile:
         cost = least - np.log(np.exp(least - self.costs).sum(axis=0) + 1e-300)
         density = np.exp(least - np.interp(dense, self.log_f, cost))
         cumulative = np.append(0.0, np.cumsum((density[1:] + density[:-1]) / 2))
-        low, middle, high = np.interp([0.05, 0.5, 0.95], cumulative / cumulative[-1], dense)
+        low, middle, high = np.interp([LOW, 0.5, HIGH], cumulative / cumulative[-1], dense)
         return float(low), float(middle), float(high)
 
 

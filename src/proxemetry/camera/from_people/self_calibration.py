@@ -18,10 +18,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from ...intervals import HALF_WIDTH_SD
 from ...people import People
 from ...photo.metadata import Metadata
 from ..camera import Camera, CameraEstimate, Candidate
-from ..frame import SD_OF_90, frame_of
+from ..frame import frame_of
 from ..sources import Doubt, Flag, FocalSource, Source
 from .focal_profile import consensus, profile_around, profile_everywhere
 from .verticals import segments_of
@@ -63,7 +64,7 @@ def calibrate(people: People, width: int, height: int) -> CameraEstimate:
     source = Source(FocalSource.PEOPLE, f"{count} upright, camera pitched {pitch:.0f} degrees")
     candidate = Candidate(posterior.f_px, posterior.log_sd, source)
     interval = f"{posterior.low_px:.0f} to {posterior.high_px:.0f} px"
-    if SD_OF_90 * posterior.log_sd > math.log1p(WIDEST):
+    if HALF_WIDTH_SD * posterior.log_sd > math.log1p(WIDEST):
         reason = f"the people leave it open from {interval}: too wide"
         return CameraEstimate(None, (candidate,), reason=reason)
     camera = Camera.centred(posterior.f_px, width, height, focal_rel_sd=posterior.log_sd, source=source)
@@ -110,4 +111,4 @@ def focal_posterior(people: People, width: int, height: int) -> FocalPosterior |
     upright[segments.rows[fits]] = True
     f_px, low_px, high_px = (math.exp(value) * segments.long_side_px for value in (middle, low, high))
     pitch_rad = float(profile.best.parameters[0])
-    return FocalPosterior(f_px, low_px, high_px, (high - low) / (2 * SD_OF_90), pitch_rad, upright)
+    return FocalPosterior(f_px, low_px, high_px, (high - low) / (2 * HALF_WIDTH_SD), pitch_rad, upright)

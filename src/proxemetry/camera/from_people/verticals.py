@@ -10,12 +10,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ...arrays import FloatArray
 from ...people import People
 from ...people.keypoint_noise import people_sd_px
 from ...photo.metadata import Metadata
 from ..frame import frame_of
-
-FloatArray = NDArray[np.float64]
 
 #: Focal lengths looked for, as parts of the long side: 9 mm to 430 mm on full frame.
 F_RANGE = (0.25, 12.0)

@@ -11,10 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ...arrays import FloatArray
 from .projection import N_LOCAL, N_SHARED
 from .solver import Fit, Rows, SharedPrior, beforehand, bounded, eliminated, evaluate_rows, solved
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

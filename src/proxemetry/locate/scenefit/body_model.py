@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...anthropometry import LENGTHS
+from ...arrays import FloatArray
 from ...people.skeleton import Skeleton, kind_of
 from .body_tables import (
     DEFINITIONS,
@@ -34,8 +35,6 @@ from .body_tables import (
     SPREAD,
     TRUNK_LEAN,
 )  # fmt: skip
-
-FloatArray = NDArray[np.float64]
 
 _CROUCH, _SLUMP, _LEAN = (LATENTS.index(name) for name in ("crouch", "slump", "lean_forward"))
 _LYING = POSTURES.index("lying")

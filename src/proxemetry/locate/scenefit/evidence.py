@@ -7,12 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ...arrays import FloatArray
 from ...camera import Camera
 from ...people import People
 from ...people.keypoint_noise import law_of
 from .body_model import BodyModel
-
-FloatArray = NDArray[np.float64]
 
 #: Keypoints below this score are absent.
 LOWEST_SCORE = 0.05

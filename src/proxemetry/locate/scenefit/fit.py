@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from ...arrays import FloatArray
 from ...bodies import Bodies
 from ...camera import Camera
 from ...people import People
@@ -22,8 +23,6 @@ from .posterior import Placed, placed_people
 from .projection import DEPTH, FOCAL, HEIGHT, LOG_LENGTHS, N_SHARED, PITCH, PRINCIPAL, ROLL
 from .solver import Fit, Rows, SharedPrior, approach, solve
 from .start import look
-
-FloatArray = NDArray[np.float64]
 
 #: How even floors are, as a standard deviation of where the soles are: metres, and per metre of distance, since ground
 #: slopes and streets are cambered; the tails are heavy (kerbs, steps).

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...anthropometry import Population, moments, populations
+from ...arrays import FloatArray
 from .alternatives import Explanations
 from .body_model import BodyModel
 from .body_tables import POSTURE_WEIGHTS
@@ -20,8 +21,6 @@ from .evidence import Evidence
 from .projection import DEPTH, HEADING, LOG_LENGTHS, N_LOCAL, POINT, POSTURE, TURN, BodyTables
 from .solver import Rows
 from .start import HEADINGS, Start
-
-FloatArray = NDArray[np.float64]
 
 #: An alternative this much worse than the best at the start (negative log posterior) is not pursued.
 _WORTH_PURSUING = 6.0

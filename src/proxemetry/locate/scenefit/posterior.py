@@ -8,6 +8,7 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
+from ...arrays import FloatArray
 from ...bodies import Bodies, Floor, Mode
 from .alternatives import Explanations
 from .body_model import BodyModel
@@ -26,8 +27,6 @@ from .projection import (
     torso_position,
 )  # fmt: skip
 from .solver import Fit, Rows, solved
-
-FloatArray = NDArray[np.float64]
 
 #: An explanation less likely than this is not reported.
 _LEAST_WEIGHT = 0.03

@@ -19,10 +19,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...anthropometry import LENGTHS
+from ...arrays import FloatArray
 from .body_model import BodyModel
 from .body_tables import LATENTS, SHOE_M
-
-FloatArray = NDArray[np.float64]
 
 POINT, DEPTH, HEADING, TURN = slice(0, 2), 2, 3, 4
 LOG_LENGTHS = slice(5, 5 + len(LENGTHS))

@@ -12,9 +12,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from ...arrays import FloatArray
 from .projection import DEPTH, FOCAL, HEADING, N_LOCAL, N_SHARED, TURN, BodyTables, project
-
-FloatArray = NDArray[np.float64]
 
 _KEYPOINT_DOF = 5.0
 _FLOOR_DOF = 3.0

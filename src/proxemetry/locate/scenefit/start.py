@@ -11,13 +11,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ...arrays import FloatArray
 from .body_model import BodyModel
 from .body_tables import N_COMMON, N_TELLING, POSTURE_WEIGHTS, SHOE_M
 from .evidence import Evidence
 from .projection import HEIGHT, N_SHARED, PITCH, body_axes, camera_axes
 from .solver import SharedPrior
-
-FloatArray = NDArray[np.float64]
 
 HEADINGS: FloatArray = np.linspace(0.0, 2 * np.pi, 8, endpoint=False)
 _PITCHES: FloatArray = np.deg2rad([0.0, -12.0, 12.0, 24.0, 36.0, 50.0, 65.0])

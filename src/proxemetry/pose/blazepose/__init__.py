@@ -15,9 +15,9 @@ from pathlib import Path
 from types import MappingProxyType
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ... import weights
+from ...arrays import FloatArray
 from ...errors import SettingsError
 from ...people import People
 from ...people.skeleton import BLAZEPOSE_33
@@ -41,8 +41,6 @@ from .score import (
     person_score,
 )  # fmt: skip
 from .search import BOX_IS_BODY, EFFORTS, Search, Sighting
-
-FloatArray = NDArray[np.float64]
 
 _POSE_DETECTION = "pose_detection.tflite"
 #: Photos are decoded at no more than this: a torso of a tenth of the photo is then 240 px long, more than a crop holds.

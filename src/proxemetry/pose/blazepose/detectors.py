@@ -14,11 +14,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from ..detections import overlaps
+from ...arrays import FloatArray
+from ...overlap import iou
 from .networks import Network
 from .regions import Picture
 
-FloatArray = NDArray[np.float64]
 Window = tuple[int, int, int, int]
 
 #: Boxes that overlap by more than this are one, as in MediaPipe.
@@ -124,7 +124,7 @@ def merged(boxes: Boxes) -> Boxes:
     order = np.argsort(-boxes.scores, kind="stable")
     groups: list[NDArray[np.intp]] = []
     while len(order):
-        same = overlaps(boxes.boxes_px[order[0]], boxes.boxes_px[order]) > _MERGE_IOU
+        same = iou(boxes.boxes_px[order[0]], boxes.boxes_px[order]) > _MERGE_IOU
         same[0] = True
         groups.append(order[same])
         order = order[~same]

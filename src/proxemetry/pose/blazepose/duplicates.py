@@ -3,19 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...arrays import FloatArray
+from ...overlap import keypoint_similarity, sigmas_of
 from ...people.skeleton import BLAZEPOSE_33, COCO_17
 from .landmarks import Candidate
 
-FloatArray = NDArray[np.float64]
-
 _COCO = np.array([BLAZEPOSE_33.joints.index(joint) for joint in COCO_17.joints])
-# COCO's per-joint tolerances (object keypoint similarity).
-_TOLERANCE = np.array([
-    0.026, 0.025, 0.025, 0.035, 0.035, 0.079, 0.079, 0.072, 0.072, 0.062, 0.062, 0.107, 0.107, 0.087, 0.087, 0.089,
-    0.089,
-])  # fmt: skip
+_SIGMAS = sigmas_of(COCO_17.joints)
 _NOSE, _EARS, _SHOULDERS, _HIPS = [0], [7, 8], [11, 12], [23, 24]
 _FACE = [0, 2, 5, 7, 8]
 
@@ -80,10 +75,10 @@ def _is_mixed(candidate: Candidate, surer: list[Candidate]) -> bool:
 
 def similarity(a: Candidate, b: Candidate) -> float:
     """Return the object keypoint similarity of the 17 common joints, weighted by visibility."""
-    scale = 2.2 * min(torso_px(a), torso_px(b))  # sqrt of the body's area, in torsos
+    area = np.array((2.2 * min(torso_px(a), torso_px(b))) ** 2)  # a body's, in torsos
     weights = np.minimum(a.visibility, b.visibility)[_COCO] + 1e-3
     squared = ((a.keypoints_px - b.keypoints_px)[_COCO] ** 2).sum(axis=1)
-    return float((np.exp(-squared / (8 * (scale * _TOLERANCE) ** 2)) * weights).sum() / weights.sum())
+    return float(keypoint_similarity(squared, area, _SIGMAS, weights))
 
 
 def _share_inside(a: Candidate, b: Candidate) -> float:

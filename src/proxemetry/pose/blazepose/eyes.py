@@ -9,10 +9,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from ...arrays import FloatArray
 from .networks import Network
 from .regions import Picture, Region
-
-FloatArray = NDArray[np.float64]
 
 _MESH_POINTS, _IRIS_POINTS = 468, 5
 # Corners of the right and the left eye in the mesh, outer and inner.

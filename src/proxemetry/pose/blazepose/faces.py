@@ -5,14 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...arrays import FloatArray
 from .detectors import Detector
 from .duplicates import head_px, torso_px
 from .landmarks import Candidate
 from .regions import Picture
-
-FloatArray = NDArray[np.float64]
 
 #: The part of the photo that is looked at is this many torsos wide; nearer to its edges than that it is cut.
 _WINDOW = 2.0

@@ -10,15 +10,13 @@ from itertools import product
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...arrays import FloatArray
 from ..detections import Detections, joined, suppressed, uncut
 from ..onnx.letterbox import Region as Window
 from ..onnx.letterbox import tiles, tiles_around
 from .networks import Network
 from .regions import Picture
-
-FloatArray = NDArray[np.float64]
 
 _PERSON, _CLASSES = 4, 24
 # The anchors of TensorFlow's object detection API (Liu et al. 2016, section 2.2): six layers of cells, in each cell

@@ -9,11 +9,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from ...arrays import FloatArray
 from ...people.skeleton import BLAZEPOSE_33
 from .networks import Network
 from .regions import Picture, Region
-
-FloatArray = NDArray[np.float64]
 
 _JOINTS = len(BLAZEPOSE_33)
 _LEFT_SHOULDER, _RIGHT_SHOULDER, _LEFT_HIP, _RIGHT_HIP = 11, 12, 23, 24

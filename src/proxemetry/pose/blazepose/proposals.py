@@ -12,11 +12,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ...arrays import FloatArray
 from ..detections import Detections
 from .detectors import Boxes, Detector, mean_of_groups, merged, windows_of
 from .regions import Picture, Region
 
-FloatArray = NDArray[np.float64]
 Windows = tuple[tuple[float, float], ...]
 
 # MediaPipe's own rule: the square's side is 1.25 times the diameter of the circle around the body.

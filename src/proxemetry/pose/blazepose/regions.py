@@ -11,10 +11,8 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
-RGBArray = NDArray[np.uint8]
+from ...arrays import FloatArray, RGBArray
 
 #: A crop is taken from a copy of the photo that is at most this much larger, or linear sampling would skip pixels.
 _MAX_SHRINK = 1.6

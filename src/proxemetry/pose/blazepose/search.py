@@ -7,15 +7,13 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..detections import overlaps
+from ...arrays import FloatArray
+from ...overlap import iou
 from .duplicates import extent_px, similarity
 from .landmarks import Candidate, Landmarks
 from .proposals import Proposal, Windows
 from .regions import Picture, Region
-
-FloatArray = NDArray[np.float64]
 
 # Below this a first look says that nobody is there (MediaPipe drops at 0.5), and there is no second one. Once it said
 # that somebody is, the score of the second look decides: the flag wavers between two looks at one person from 0 to 1.
@@ -132,7 +130,7 @@ class Search:
     def shared(self, sighting: Sighting, boxes_px: FloatArray) -> FloatArray:
         """Return how much a body shares with each box (N, 4), shape (N,), 0..1; only inside the picture."""
         limits = np.array([self._picture.width, self._picture.height] * 2, dtype=float)
-        return overlaps(extent_px(sighting.candidate).clip(0, limits), boxes_px)
+        return iou(extent_px(sighting.candidate).clip(0, limits), boxes_px)
 
     def again(self, seen: Candidate, *, mirrored: bool) -> Candidate:
         """Look once more where the network would look next, at the mirror image or not; not counted in the budget.

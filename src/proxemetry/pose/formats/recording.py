@@ -9,15 +9,13 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...arrays import FloatArray
 from ...camera import Camera
 from ...errors import KeypointsError, ProxemetryError
 from ...people import People
 from ...people.skeleton import COCO_17, HALPE_26, Skeleton
 from ..callables import BY_COUNT, WHOLE_BODIES, are_fractions, skeleton_of
-
-FloatArray = NDArray[np.float64]
 
 #: Other names of the same joints, as the common files spell them.
 _ALIASES = {

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from types import MappingProxyType
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...arrays import FloatArray
 from ...errors import ModelError, SettingsError
 from ...people import People
 from ...people.skeleton import Skeleton
@@ -20,8 +20,6 @@ from .network import Floats, Network
 from .pose_decoders import HEADS
 from .specification import Specification, read_specification
 from .tiled_detector import PhotoNetwork, input_size, normalised
-
-FloatArray = NDArray[np.float64]
 
 #: A photo is first decoded with at least this long side, pixels; again larger where a person there is too small.
 _FIRST_LOOK_PX = 2000

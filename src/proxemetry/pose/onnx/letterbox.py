@@ -12,11 +12,11 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ...arrays import FloatArray
 from ...photo import RGBArray
 
-FloatArray = NDArray[np.float64]
 Region = tuple[int, int, int, int]
 
 #: The grey around a letterboxed photo that YOLOX and RTMDet were trained with.

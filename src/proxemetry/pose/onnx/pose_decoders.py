@@ -12,9 +12,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from ...arrays import FloatArray
 from ...errors import ModelError
 
-FloatArray = NDArray[np.float64]
 #: DARK's smoothing: a Gaussian of two cells, eleven wide.
 _BELL = np.exp(-(np.arange(-5, 6) ** 2) / (2 * 2.0**2))
 _KERNEL = _BELL / _BELL.sum()

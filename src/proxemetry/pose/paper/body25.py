@@ -11,9 +11,9 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from ...arrays import FloatArray
 from ...people.skeleton import BODY_25
 
-FloatArray = NDArray[np.float64]
 Maps = NDArray[np.float32]
 
 JOINTS = len(BODY_25)

@@ -7,12 +7,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from ...arrays import FloatArray
 from ...errors import ModelError
 from ...photo import RGBArray
 from .body25 import CHANNELS, decode
 from .opencv_network import OpenCvNetwork
-
-FloatArray = NDArray[np.float64]
 
 #: OpenPose's `--net_resolution -1x368`.
 NET_HEIGHT = 368

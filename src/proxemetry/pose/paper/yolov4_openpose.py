@@ -13,7 +13,6 @@ from pathlib import Path
 from types import MappingProxyType
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ... import weights
 from ...errors import ModelError
@@ -27,8 +26,6 @@ from ..onnx.duplicates import distinct
 from .box_groups import BoxGroup, grouped, grouped_as_published
 from .opencv_network import DarknetDetector
 from .openpose_body25 import Body25
-
-FloatArray = NDArray[np.float64]
 
 FILES = ("yolov4.cfg", "yolov4.weights", "body_25_pose_deploy.prototxt", "pose_iter_584000.caffemodel")
 #: What the same files are called where their makers publish them.

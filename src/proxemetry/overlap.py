@@ -1,0 +1,49 @@
+"""How alike two boxes or two skeletons are: intersection over union, and COCO's object keypoint similarity."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from .arrays import FloatArray
+
+#: COCO's constants: how far labellers disagree on a joint, as a fraction of the square root of the person's area
+#: (cocodataset.org, keypoint evaluation).
+SIGMAS = {
+    "nose": 0.026, "eye": 0.025, "ear": 0.035, "shoulder": 0.079, "elbow": 0.072, "wrist": 0.062, "hip": 0.107,
+    "knee": 0.087, "ankle": 0.089,
+}  # fmt: skip
+#: Of joints that COCO lacks (feet, neck, hands): between a wrist's and a shoulder's.
+SIGMA_OF_OTHERS = 0.075
+
+
+def iou(box: FloatArray, others: FloatArray) -> FloatArray:
+    """Return the intersection over union of one box (4,) with others (N, 4), shape (N,).
+
+    Boxes are x0, y0, x1, y1. A box without area overlaps with nothing but itself; one of NaN with nothing.
+    """
+    low, high = np.maximum(box[:2], others[:, :2]), np.minimum(box[2:], others[:, 2:])
+    shared = np.clip(high - low, 0, None).prod(axis=1)
+    areas = np.clip(others[:, 2:] - others[:, :2], 0, None).prod(axis=1)
+    union = areas + np.clip(box[2:] - box[:2], 0, None).prod() - shared
+    ratio = np.nan_to_num(np.divide(shared, union, out=np.zeros_like(shared), where=union > 0))
+    return np.where((others == box).all(axis=1), 1.0, ratio)
+
+
+def sigmas_of(joints: Sequence[str]) -> FloatArray:
+    """Return the constants of joints by name ("left_eye_outer" is none of COCO's), shape (K,)."""
+    return np.array([SIGMAS.get(joint.split("_")[-1], SIGMA_OF_OTHERS) for joint in joints])
+
+
+def keypoint_similarity(
+    squared_px2: FloatArray, area_px2: FloatArray, sigmas: FloatArray, weights: FloatArray
+) -> FloatArray:
+    """Return COCO's object keypoint similarity, 0..1: the weighted mean of exp(-d^2 / (2 area (2 sigma)^2)).
+
+    squared_px2: shape (..., K), squared distances of the joints. area_px2: shape (...), of the person. sigmas: shape
+    (K,). weights: shape (..., K), 0 for joints that do not count; where none counts the similarity is 0.
+    """
+    likeness = np.exp(-squared_px2 / (8 * area_px2[..., None] * sigmas**2))
+    total = weights.sum(axis=-1)
+    return np.divide((likeness * weights).sum(axis=-1), total, out=np.zeros_like(total), where=total > 0)
