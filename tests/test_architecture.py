@@ -30,6 +30,7 @@ LAYERS = (
     ("plots",),
     ("benchmark",),
     ("archive",),
+    ("clip",),
     ("evaluate",),
     ("report",),
     ("web",),

@@ -1,0 +1,1 @@
+"""Clips: frames that share a camera, and who is who over time; knows scenes, never a network."""

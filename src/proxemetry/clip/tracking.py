@@ -1,0 +1,167 @@
+"""Who is who from frame to frame: forecasts on the floor, in metres, matched to what is seen.
+
+Tracking by detection with a Kalman filter (Bewley et al. 2016, SORT), two score stages (Zhang et al. 2022, ByteTrack)
+and the scene fit's own covariance in place of a tuned noise. No appearance is looked at: who leaves and comes back
+later than `MEMORY_S` is a new track.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..assignment import assign
+from .motion import PLACE, first_state, transition
+from .sightings import Chain, Sightings
+
+FloatArray = NDArray[np.float64]
+
+#: A person out of sight for longer is forgotten.
+MEMORY_S = 2.0
+#: A sighting and a forecast may be this far apart: squared Mahalanobis distance, 99.9 % of a chi-squared with two
+#: degrees of freedom.
+GATE = 13.8
+#: Whom a back end is surer of than this is matched first.
+SURE_SCORE = 0.5
+#: A track is a person once seen so often; what appears more seldom and not at the edge of a clip is a false detection.
+CONFIRMED_SIGHTINGS = 3
+#: Two boxes that share this much of their union, at most this far apart on the floor, are one person found twice.
+_TWICE_IOU, _TWICE_M = 0.6, 0.6
+#: What boxes that do not overlap at all cost, in units of squared Mahalanobis distance, while the box seen last is
+#: this fresh.
+_BOX_COST, _BOX_FRESH_S = 4.0, 0.6
+#: Measurement noise beyond the fit's own: a body sways about its feet.
+SWAY_SD_M = 0.05
+_FORBIDDEN = 1e6
+
+
+@dataclass
+class _Open:
+    """Tracks not yet forgotten, as arrays of as many rows."""
+
+    state: FloatArray = field(default_factory=lambda: np.zeros((0, 4)))
+    covariance: FloatArray = field(default_factory=lambda: np.zeros((0, 4, 4)))
+    boxes: FloatArray = field(default_factory=lambda: np.zeros((0, 4)))
+    seen_s: FloatArray = field(default_factory=lambda: np.zeros(0))
+    links: list[list[tuple[int, int]]] = field(default_factory=list[list[tuple[int, int]]])
+
+    def kept(self, mask: NDArray[np.bool_]) -> _Open:
+        links = [link for link, stays in zip(self.links, mask, strict=True) if stays]
+        return _Open(self.state[mask], self.covariance[mask], self.boxes[mask], self.seen_s[mask], links)
+
+    def with_new(self, frame: int, seen: Sightings, who: NDArray[np.intp], noise: FloatArray) -> _Open:
+        state, covariance = first_state(seen.positions_m[who], noise[who])
+        return _Open(
+            np.concatenate([self.state, state]),
+            np.concatenate([self.covariance, covariance]),
+            np.concatenate([self.boxes, seen.boxes_px[who]]),
+            np.concatenate([self.seen_s, np.full(len(who), seen.t_s)]),
+            [*self.links, *([(frame, int(p))] for p in who)],
+        )
+
+
+def track(shot: Iterable[Sightings], noise_scale: float = 1.0, memory_s: float = MEMORY_S) -> list[Chain]:
+    """Return everybody's chain of sightings through the frames of one shot, in the order of first sight.
+
+    noise_scale: what the stated covariances are multiplied by.
+    """
+    tracks, done, now, count = _Open(), list[list[tuple[int, int]]](), 0.0, 0
+    for number, seen in enumerate(shot):
+        noise = noise_scale * seen.covariance_m2 + SWAY_SD_M**2 * np.eye(2)
+        if len(tracks.links):
+            forward, spread = transition(seen.t_s - now)
+            tracks.state = tracks.state @ forward.T
+            tracks.covariance = forward @ tracks.covariance @ forward.T + spread
+            fresh = seen.t_s - tracks.seen_s <= memory_s
+            done += [link for link, stays in zip(tracks.links, fresh, strict=True) if not stays]
+            tracks = tracks.kept(fresh)
+        now, count = seen.t_s, number + 1
+        free = _matched(tracks, seen, number, noise)
+        if len(free):
+            tracks = tracks.with_new(number, seen, free, noise)
+    return _confirmed(done + tracks.links, count)
+
+
+def _matched(tracks: _Open, seen: Sightings, number: int, noise: FloatArray) -> NDArray[np.intp]:
+    """Match sightings to tracks and update these; return the sightings that begin tracks of their own."""
+    free = np.arange(len(seen))
+    open_tracks = np.arange(len(tracks.links))
+    taken: list[int] = []
+    for stage in (seen.scores >= SURE_SCORE, seen.scores < SURE_SCORE):
+        who = free[stage[free]]
+        pairs = _assigned(tracks, open_tracks, seen, who, noise)
+        for row, person in pairs:
+            tracks.links[row].append((number, person))
+        rows = np.array([r for r, _ in pairs], dtype=np.intp)
+        people = np.array([p for _, p in pairs], dtype=np.intp)
+        if len(rows):
+            _update(tracks, rows, seen.positions_m[people], noise[people])
+            tracks.boxes[rows], tracks.seen_s[rows] = seen.boxes_px[people], seen.t_s
+        taken += people.tolist()
+        open_tracks = np.setdiff1d(open_tracks, rows)
+        free = np.setdiff1d(free, people)
+    return _not_seen_twice(seen, free, np.array(taken, dtype=np.intp))
+
+
+def _assigned(
+    tracks: _Open, rows: NDArray[np.intp], seen: Sightings, who: NDArray[np.intp], noise: FloatArray
+) -> list[tuple[int, int]]:
+    """Return (track, sighting) pairs of least total cost, none beyond the gate."""
+    if not len(rows) or not len(who):
+        return []
+    apart = seen.positions_m[who][None] - tracks.state[rows][:, None, PLACE]
+    spread = tracks.covariance[rows][:, None, PLACE, PLACE] + noise[who][None]
+    (a, b), (c, d) = (spread[..., 0, 0], spread[..., 0, 1]), (spread[..., 1, 0], spread[..., 1, 1])
+    determinant = a * d - b * c
+    x, y = apart[..., 0], apart[..., 1]
+    distance2 = (d * x * x - (b + c) * x * y + a * y * y) / determinant
+    overlap = intersection_over_union(tracks.boxes[rows], seen.boxes_px[who])
+    fresh = (seen.t_s - tracks.seen_s[rows] <= _BOX_FRESH_S)[:, None] & np.isfinite(overlap)
+    # a vague forecast fits everywhere: its density is the lower
+    cost = distance2 + np.log(determinant) + np.where(fresh, _BOX_COST * (1 - overlap), 0.0)
+    allowed = distance2 <= GATE
+    pairs = assign(np.where(allowed, cost, _FORBIDDEN))
+    return [(int(rows[r]), int(who[c])) for r, c in pairs if allowed[r, c]]
+
+
+def _update(tracks: _Open, rows: NDArray[np.intp], places: FloatArray, noise: FloatArray) -> None:
+    covariance = tracks.covariance[rows]
+    gain = covariance[:, :, PLACE] @ np.linalg.inv(covariance[:, PLACE, PLACE] + noise)
+    surprise = places - tracks.state[rows][:, PLACE]
+    tracks.state[rows] += (gain @ surprise[..., None])[..., 0]
+    updated = covariance - gain @ covariance[:, PLACE, :]
+    tracks.covariance[rows] = (updated + updated.transpose(0, 2, 1)) / 2
+
+
+def _not_seen_twice(seen: Sightings, free: NDArray[np.intp], taken: NDArray[np.intp]) -> NDArray[np.intp]:
+    """Return the free sightings but those of a person who has been matched already."""
+    if not len(free) or not len(taken):
+        return free
+    overlap = intersection_over_union(seen.boxes_px[free], seen.boxes_px[taken])
+    apart = np.linalg.norm(seen.positions_m[free][:, None] - seen.positions_m[taken][None], axis=-1)
+    twice = (np.nan_to_num(overlap) > _TWICE_IOU) & (apart < _TWICE_M)
+    return free[~twice.any(axis=1)]
+
+
+def intersection_over_union(a: FloatArray, b: FloatArray) -> FloatArray:
+    """Return the overlap of boxes (n, 4) and (m, 4), shape (n, m); NaN where there is no box."""
+    low = np.maximum(a[:, None, :2], b[None, :, :2])
+    high = np.minimum(a[:, None, 2:], b[None, :, 2:])
+    shared = np.maximum(high - low, 0.0).prod(axis=-1)
+    areas = [(boxes[:, 2:] - boxes[:, :2]).prod(axis=-1) for boxes in (a, b)]
+    union = areas[0][:, None] + areas[1][None] - shared
+    return np.where(union > 0, shared / np.where(union > 0, union, 1.0), np.nan)
+
+
+def _confirmed(links: list[list[tuple[int, int]]], frames: int) -> list[Chain]:
+    """Return the chains worth calling a person: seen often enough, or cut off by the clip's own ends."""
+    chains: list[Chain] = []
+    for link in sorted(links, key=lambda k: k[0]):
+        at_edge = link[0][0] >= frames - CONFIRMED_SIGHTINGS + 1 or link[-1][0] < CONFIRMED_SIGHTINGS - 1
+        if len(link) >= CONFIRMED_SIGHTINGS or at_edge:
+            found = np.array(link, dtype=np.intp)
+            chains.append(Chain(found[:, 0], found[:, 1]))
+    return chains

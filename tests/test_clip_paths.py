@@ -1,0 +1,192 @@
+"""How people move, who is who, and where they were: against closed forms and laws."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from proxemetry.clip.motion import SPEED_SD_M_S, VELOCITY, transition
+from proxemetry.clip.sightings import Chain, Sightings
+from proxemetry.clip.smoothing import LASTING_SHARE, noise_scale_of, smooth, surprises
+from proxemetry.clip.tracking import SWAY_SD_M, intersection_over_union, track
+
+STEP = 0.2
+
+
+def shot_of(places, step=STEP, sd=0.1, times=None):
+    """Sightings of places (F, P, 2), NaN where a person is not seen."""
+    times = np.arange(len(places)) * step if times is None else times
+    return [Sightings.of_places(t, p[np.isfinite(p).all(axis=1)], sd) for t, p in zip(times, places, strict=True)]
+
+
+def walkers(frames=40, step=STEP):
+    """Two people who walk towards each other and pass at a metre, and one who stands."""
+    t = np.arange(frames) * step
+    zero = np.zeros_like(t)
+    return np.stack(
+        [np.stack([1.3 * t - 5, zero], 1), np.stack([5 - 1.2 * t, zero + 1], 1), np.stack([zero, zero + 6], 1)], 1
+    )
+
+
+def chain_of(frames):
+    return Chain(np.array(frames), np.zeros(len(frames), dtype=int))
+
+
+@given(st.floats(1e-4, 3.0), st.floats(1e-4, 3.0))
+def test_two_steps_are_one_long_step(a, b):
+    (fa, qa), (fb, qb), (f, q) = transition(a), transition(b), transition(a + b)
+    assert np.allclose(fb @ fa, f, atol=1e-9)
+    assert np.allclose(fb @ qa @ fb.T + qb, q, atol=1e-7)
+
+
+@given(st.floats(1e-3, 20.0))
+def test_speeds_stay_as_they_are_on_average(seconds):
+    f, q = transition(seconds)
+    still = np.zeros((4, 4))
+    still[VELOCITY, VELOCITY] = SPEED_SD_M_S**2 * np.eye(2)
+    assert np.allclose((f @ still @ f.T + q)[VELOCITY, VELOCITY], still[VELOCITY, VELOCITY])
+
+
+def test_one_sighting_is_its_own_path():
+    shot = shot_of(np.array([[[3.0, 4.0]]]))
+    path = smooth(chain_of([0]), shot, np.array([0.0]))
+    own = 0.1**2 + SWAY_SD_M**2
+    assert np.allclose(path.positions_m, [[3.0, 4.0]])
+    assert np.allclose(path.place_covariance_m2[0], (1 + LASTING_SHARE**2) * own * np.eye(2))
+
+
+def joint_prior(times):
+    """The covariance of all states with a start that could be anywhere, by composing transitions."""
+    count = len(times)
+    first = np.diag([1e5, 1e5, SPEED_SD_M_S**2, SPEED_SD_M_S**2])
+    joint = np.zeros((4 * count, 4 * count))
+    marginal = [first]
+    for k in range(1, count):
+        f, q = transition(times[k] - times[k - 1])
+        marginal.append(f @ marginal[-1] @ f.T + q)
+    for i in range(count):
+        block = marginal[i]
+        for j in range(i, count):
+            if j > i:
+                block = transition(times[j] - times[j - 1])[0] @ block
+            joint[4 * j : 4 * j + 4, 4 * i : 4 * i + 4] = block
+            joint[4 * i : 4 * i + 4, 4 * j : 4 * j + 4] = block.T
+    return joint
+
+
+def test_the_smoother_is_the_joint_posterior_of_all_frames():
+    rng = np.random.default_rng(1)
+    times = np.cumsum(rng.uniform(0.1, 0.4, 9))
+    places = np.cumsum(rng.normal(0, 0.3, (9, 1, 2)), axis=0)
+    seen = np.array([0, 1, 2, 4, 5, 8])
+    places[np.setdiff1d(np.arange(9), seen)] = np.nan
+    path = smooth(chain_of(seen), shot_of(places, times=times), times)
+    prior = joint_prior(times)
+    rows = np.concatenate([4 * seen, 4 * seen + 1])
+    measured = np.concatenate([places[seen, 0, 0], places[seen, 0, 1]])
+    noise = (0.1**2 + SWAY_SD_M**2) * np.eye(len(rows))
+    gain = np.linalg.solve(prior[np.ix_(rows, rows)] + noise, prior[rows]).T
+    expected = (gain @ measured).reshape(-1, 4)
+    covariance = prior - gain @ prior[rows]
+    assert np.allclose(path.states, expected, atol=1e-3)
+    for k in range(9):
+        assert np.allclose(path.covariance[k], covariance[4 * k : 4 * k + 4, 4 * k : 4 * k + 4], atol=1e-3)
+    # what is drawn has these covariances within a frame and from each frame to the next
+    for k in range(8):
+        assert np.allclose(path.gains[k] @ path.covariance[k + 1] @ path.gains[k].T + path.kicks[k], path.covariance[k])
+        between = covariance[4 * k : 4 * k + 4, 4 * k + 4 : 4 * k + 8]
+        assert np.allclose(path.gains[k] @ path.covariance[k + 1], between, atol=1e-3)
+
+
+def test_drawn_paths_spread_as_stated():
+    places = np.cumsum(np.full((12, 1, 2), 0.2), axis=0)
+    path = smooth(chain_of(np.r_[0:5, 9:12]), shot_of(places), np.arange(12) * STEP)
+    drawn = path.drawn(np.random.default_rng(0), 4000)
+    assert np.allclose(drawn.mean(axis=1), path.positions_m, atol=0.02)
+    for k in (0, 6, 11):
+        assert np.allclose(np.cov(drawn[k].T), path.place_covariance_m2[k], atol=0.002)
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.integers(0, 1000))
+def test_a_path_played_backwards_is_the_path_reversed(seed):
+    rng = np.random.default_rng(seed)
+    places = np.cumsum(rng.normal(0, 0.3, (10, 1, 2)), axis=0)
+    times = np.cumsum(rng.uniform(0.05, 0.5, 10))
+    forwards = smooth(chain_of(range(10)), shot_of(places, times=times), times)
+    back_times = times[-1] - times[::-1]
+    backwards = smooth(chain_of(range(10)), shot_of(places[::-1], times=back_times), back_times)
+    assert np.allclose(backwards.positions_m[::-1], forwards.positions_m, atol=1e-6)
+    assert np.allclose(backwards.states[::-1, VELOCITY], -forwards.states[:, VELOCITY], atol=1e-6)
+    assert np.allclose(backwards.place_covariance_m2[::-1], forwards.place_covariance_m2, atol=1e-8)
+
+
+def test_who_is_not_seen_is_bridged_and_marked():
+    places = walkers()[:, :1]
+    places[15:20] = np.nan
+    (chain,) = track(shot_of(places))
+    path = smooth(chain, shot_of(places), np.arange(40) * STEP)
+    assert (~path.seen).nonzero()[0].tolist() == [15, 16, 17, 18, 19]
+    assert np.allclose(path.positions_m[15:20], walkers()[15:20, 0], atol=0.15)
+    assert path.place_covariance_m2[17, 0, 0] > path.place_covariance_m2[10, 0, 0]
+
+
+def test_people_who_pass_each_other_keep_their_names():
+    rng = np.random.default_rng(3)
+    places = walkers() + rng.normal(0, 0.1, (40, 3, 2))
+    chains = track(shot_of(places))
+    assert [len(c) for c in chains] == [40, 40, 40]
+    assert all((c.people == c.people[0]).all() for c in chains)
+
+
+@settings(max_examples=10, deadline=None)
+@given(st.permutations(range(3)), st.booleans(), st.booleans())
+def test_tracks_depend_on_neither_order_nor_mirror_nor_direction_of_time(order, mirrored, reversed_):
+    places = walkers() + np.random.default_rng(5).normal(0, 0.1, (40, 3, 2))
+    changed = places[:, list(order)] * ((-1, 1) if mirrored else (1, 1))
+    changed = changed[::-1] if reversed_ else changed
+    chains = track(shot_of(changed))
+    assert sorted(order[c.people[0]] for c in chains if (c.people == c.people[0]).all()) == [0, 1, 2]
+
+
+def test_half_the_frames_give_the_same_people():
+    places = walkers(60) + np.random.default_rng(7).normal(0, 0.05, (60, 3, 2))
+    whole, half = track(shot_of(places)), track(shot_of(places[::2], step=2 * STEP))
+    assert len(whole) == len(half) == 3
+    for a, b in zip(whole, half, strict=True):
+        fine = smooth(a, shot_of(places), np.arange(60) * STEP)
+        coarse = smooth(b, shot_of(places[::2], step=2 * STEP), np.arange(30) * 2 * STEP)
+        assert np.abs(fine.positions_m[::2] - coarse.positions_m).max() < 0.12
+
+
+def test_what_appears_once_in_the_middle_is_nobody_and_at_the_edge_somebody():
+    places = np.full((12, 1, 2), np.nan)
+    places[6] = 0.0
+    assert track(shot_of(places)) == []
+    assert len(track(shot_of(places[6:7]))) == 1
+    assert len(track(shot_of(places[6:]))) == 1
+    assert len(track(shot_of(places[:7]))) == 1
+
+
+def test_who_stays_away_too_long_comes_back_as_another():
+    places = np.zeros((40, 1, 2))
+    places[10:25] = np.nan
+    assert [len(c) for c in track(shot_of(places))] == [10, 15]
+
+
+def test_covariances_that_are_too_small_are_found_out():
+    rng = np.random.default_rng(0)
+    truth = np.stack([np.arange(400) * STEP * 1.2, np.zeros(400)], axis=1)[:, None]
+    noisy = truth + rng.normal(0, 0.3, (400, 1, 2))
+    shot = shot_of(noisy, sd=0.15)
+    scale = noise_scale_of(surprises(chain_of(range(400)), shot, np.arange(400) * STEP))
+    assert scale > 2
+    honest = shot_of(noisy, sd=0.3)
+    assert noise_scale_of(surprises(chain_of(range(400)), honest, np.arange(400) * STEP)) < 1.3
+
+
+def test_overlap_of_boxes():
+    boxes = np.array([[0.0, 0, 2, 2], [1, 0, 3, 2], [5, 5, 6, 6], [np.nan] * 4])
+    found = intersection_over_union(boxes[:1], boxes)[0]
+    assert found[:3] == pytest.approx([1.0, 2 / 6, 0.0])
+    assert np.isnan(found[3])
