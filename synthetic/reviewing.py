@@ -64,9 +64,10 @@ def draw_photo(path: Path, people: People, marked: bool = True) -> None:
     image.save(path, quality=88, exif=exif)
 
 
-def scene_of(path: Path, name: str) -> Scene:
-    """Return the scene of one of `PHOTOS`."""
+def scene_of(path: Path, name: str, people_m: list[tuple[float, float, float]] | None = None) -> Scene:
+    """Return the scene of one of `PHOTOS`, or of other people before its camera."""
     places_m, camera = PHOTOS[name]
+    places_m = people_m or places_m
     photo = Photo.open(path, name)
     assumed = Flag(Doubt.ASSUMED, "the field of view is assumed")
     estimate = CameraEstimate(camera, flags=(assumed,) if camera is ASSUMED else (),

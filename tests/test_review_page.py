@@ -1,7 +1,9 @@
 """The whole review page in a real browser, outside hosts unresolvable: open, filter, correct, undo, reload, export."""
 
 import csv
+import io
 import os
+import zipfile
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -108,7 +110,7 @@ def test_the_whole_way(tab: Tab, results: Results) -> None:
     tab.settled("removed")
     assert page.locator("g.person").count() == 5
     page.keyboard.press("u")
-    tab.settled("Taken back")
+    tab.settled("Undone")
     assert page.locator("g.person").count() == 6
 
     page.keyboard.press("g")
@@ -190,7 +192,7 @@ def test_hovering_lights_up_the_same_pair_everywhere(tab: Tab) -> None:
 def test_every_action_has_a_key(tab: Tab) -> None:
     page = tab.page
     tab.open_photo("two.jpg")
-    for keys in (("1", "b"), ("o",)):
+    for keys in (("1", "b", "a"), ("o",)):
         for key in keys[:-1]:
             page.keyboard.press(key)
         with page.expect_response("**/actions*"):
@@ -201,7 +203,7 @@ def test_every_action_has_a_key(tab: Tab) -> None:
     page.keyboard.press("n")
     page.fill("#dialog-text", "<script>alert(1)</script>")
     page.locator("#dialog button.first").click()
-    tab.settled("Note kept")
+    tab.settled("Note saved")
     page.keyboard.press("e")
     page.fill("#dialog-text", "a mirror")
     page.locator("#dialog button.first").click()
@@ -338,3 +340,197 @@ def test_script_in_file_names_is_shown_as_text(browser: Any, tmp_path: Path) -> 
         assert tab.page.locator("main img[src=x], main b, main i").count() == 0
         assert tab.outside == [] and tab.problems == []
         tab.context.close()
+
+
+def actions_of(results: Results) -> list[tuple[str, dict[str, Any]]]:
+    """Return the log of a results folder: photo and value of each correction."""
+    return [(a.photo, dict(a.value)) for a in FolderStore(results.folder.location).log.actions()]
+
+
+@pytest.mark.parametrize(("typed", "meant"), [("50,5", 50.5), ("50.5", 50.5), (" 35 ", 35.0)])
+def test_a_focal_length_may_be_typed_with_comma_or_point(tab: Tab, results: Results, typed: str, meant: float) -> None:
+    tab.open_photo("two.jpg")
+    tab.page.keyboard.press("f")
+    tab.page.fill("#focal-focal_35mm", typed)
+    tab.page.keyboard.press("Enter")
+    tab.settled("Focal length set")
+    assert actions_of(results) == [("market/two.jpg", {"focal_35mm": meant})]
+
+
+@pytest.mark.parametrize(
+    ("typed", "told"),
+    [
+        ("0", "more than 0"),
+        ("-5", "not a number"),
+        ("1.000,5", "not a number"),
+        ("fifty", "not a number"),
+        ("", "Fill in one"),
+    ],
+)
+def test_what_is_no_focal_length_is_told_and_not_kept(tab: Tab, results: Results, typed: str, told: str) -> None:
+    tab.open_photo("two.jpg")
+    tab.page.keyboard.press("f")
+    tab.page.fill("#focal-focal_35mm", typed)
+    tab.page.keyboard.press("Enter")
+    assert told in tab.page.locator("#dialog [role=alert]").inner_text()
+    tab.page.keyboard.press("Escape")
+    assert actions_of(results) == []
+
+
+def test_an_unusual_focal_length_is_asked_about_once(tab: Tab, results: Results) -> None:
+    tab.open_photo("two.jpg")
+    tab.page.keyboard.press("f")
+    tab.page.fill("#focal-focal_35mm", "1200")
+    tab.page.keyboard.press("Enter")
+    assert "8 to 800 mm" in tab.page.locator("#dialog [role=alert]").inner_text()
+    assert actions_of(results) == []
+    tab.shot("unusual")
+    tab.page.keyboard.press("Enter")
+    tab.settled("Focal length set")
+    assert actions_of(results) == [("market/two.jpg", {"focal_35mm": 1200.0})]
+
+
+@pytest.mark.parametrize(("key", "size", "name"), [("c", "children", "child"), ("a", "adults", "adult")])
+def test_a_body_size_is_chosen_by_name_and_undone(tab: Tab, results: Results, key: str, size: str, name: str) -> None:
+    page = tab.page
+    tab.open_photo("two.jpg")
+    page.keyboard.press("1")
+    page.keyboard.press("b")
+    tab.shot("size")
+    page.keyboard.press(key)
+    tab.settled(f"Person 1: {name}")
+    assert actions_of(results)[0][1]["body_size"] == size
+    page.click("#tab-people")
+    assert name in page.locator("#tab-panel").inner_text()
+    page.keyboard.press("u")
+    tab.settled("Undone")
+    assert name not in page.locator("#tab-panel").inner_text()
+    page.keyboard.press("b")
+    page.keyboard.press("Escape")  # leaving the question changes nothing
+    assert len(actions_of(results)) == 2
+
+
+def test_a_focal_length_is_set_for_a_whole_folder_and_taken_back(tab: Tab, results: Results) -> None:
+    page = tab.page
+    tab.open_photo("two.jpg")
+    page.keyboard.press("f")
+    page.fill("#focal-focal_35mm", "28")
+    page.check("#dialog input[value=folder]")
+    tab.shot("scope")
+    page.keyboard.press("Enter")
+    tab.settled("Focal length set on 3 of 3 photos")
+    told = page.locator(".banner")
+    assert "set on 3 photos" in told.inner_text()
+    assert {photo for photo, _ in actions_of(results)} == {"market/crowd.jpg", "market/empty.jpg", "market/two.jpg"}
+    told.locator("button", has_text="Undo all").click()
+    tab.settled("Undone on 3 of 3 photos")
+    assert tab.first_distance() == "1.5 m"
+
+
+def test_only_accepted_photos_count_as_reviewed(tab: Tab) -> None:
+    page = tab.page
+    tab.open_photo("two.jpg")
+    page.keyboard.press("n")
+    page.fill("#dialog-text", "by the market")
+    page.keyboard.press("Enter")
+    tab.settled("Note saved")
+    page.keyboard.press("g")
+    page.wait_for_selector(".card")
+    assert "0 of 6 reviewed" in page.locator(".total").inner_text()
+    tab.open_photo("two.jpg")
+    page.keyboard.press("Enter")
+    page.wait_for_function("() => !document.querySelector('.photo h1')?.textContent.includes('two')")
+    page.keyboard.press("g")
+    page.wait_for_selector(".card")
+    assert "1 of 6 reviewed" in page.locator(".total").inner_text()
+
+
+def test_a_note_is_kept_without_stray_lines(tab: Tab, results: Results) -> None:
+    tab.open_photo("two.jpg")
+    tab.page.keyboard.press("n")
+    tab.page.locator("#dialog-text").press_sequentially("  two women ")
+    tab.page.keyboard.press("Shift+Enter")
+    tab.page.locator("#dialog-text").press_sequentially("talk")
+    tab.page.keyboard.press("Shift+Enter")
+    tab.page.keyboard.press("Enter")
+    tab.settled("Note saved")
+    assert actions_of(results) == [("market/two.jpg", {"text": "two women \ntalk"})]
+
+
+def test_no_button_moves_when_a_person_is_chosen(tab: Tab) -> None:
+    page = tab.page
+    tab.open_photo("crowd")
+    where = (
+        "() => [...document.querySelectorAll('.actions button')].map(b => JSON.stringify(b.getBoundingClientRect()))"
+    )
+    before = page.evaluate(where)
+    page.keyboard.press("3")
+    assert page.evaluate(where) == before
+    bar = page.locator(".actions")
+    assert bar.evaluate("e => e.scrollWidth <= e.clientWidth") and bar.bounding_box()["height"] < 50
+    tab.shot("chosen")
+
+
+@pytest.mark.parametrize("where", ["gallery", "photo", "agreement", "keys"])
+def test_nothing_is_wider_than_a_phone(tab: Tab, where: str) -> None:
+    page = tab.page
+    page.set_viewport_size({"width": 390, "height": 844})
+    if where == "photo":
+        tab.open_photo("crowd")
+    elif where == "agreement":
+        page.click("#nav-agreement")
+        page.wait_for_selector(".sheet")
+    elif where == "keys":
+        page.keyboard.press("?")
+    widest = page.evaluate(
+        "() => Math.max(document.documentElement.scrollWidth, document.querySelector('main').scrollWidth)"
+    )
+    tab.shot(f"phone-{where}")
+    assert widest <= 390
+
+
+def test_a_person_beyond_nine_is_chosen_by_two_digits(browser: Any, tmp_path: Path) -> None:
+    many = [(-3.0 + 0.55 * k, 0.1, 6.0 + 0.4 * (k % 3)) for k in range(12)]
+    draw_photo(tmp_path / "photos" / "market" / "two.jpg", people_at(many, CAMERA))
+    scene = scene_of(tmp_path / "photos" / "market" / "two.jpg", "market/two.jpg", many)
+    results = write_results(tmp_path / "results", tmp_path / "photos", [scene])
+    with served(Review(FolderStore(results.folder.location), "ada")) as (origin, token):
+        tab = Tab(browser, origin)
+        tab.page.goto(f"{origin}/?token={token}")
+        tab.open_photo("two.jpg")
+        tab.page.keyboard.type("11")
+        assert tab.page.locator(".actions .who").inner_text() == "Person 11"
+        tab.page.keyboard.press("u")  # not a digit: the next number begins anew
+        tab.page.wait_for_timeout(800)
+        tab.page.keyboard.type("2")
+        assert tab.page.locator(".actions .who").inner_text() == "Person 2"
+        tab.context.close()
+
+
+def test_every_dropped_photo_is_taken_and_exported(browser: Any, results: Results, tmp_path: Path) -> None:
+    photos = Path(results.folder.location).parent / "photos"
+
+    def measured(opened: Photo) -> Any:
+        name = opened.name if opened.name.startswith("market") else f"market/{opened.name}"
+        return replace(scene_of(photos / name, name), photo=opened.name)
+
+    store = DropStore(measured)
+    with served(Review(store, "ada")) as (origin, token):
+        tab = Tab(browser, origin)
+        tab.page.goto(f"{origin}/?token={token}")
+        tab.page.wait_for_selector(".drop")
+        (tmp_path / "letter.txt").write_text("not a photo")
+        files = [photos / "market" / "two.jpg", photos / "market" / "crowd.jpg", tmp_path / "letter.txt"]
+        tab.page.set_input_files("#file", [str(f) for f in files])
+        tab.page.wait_for_selector(".card")
+        assert tab.page.locator(".card").count() == 2
+        assert "letter.txt" in tab.page.locator(".queue .problem").locator("..").inner_text()
+        tab.shot("dropped")
+        with tab.page.expect_download() as download:
+            tab.page.click("#export")
+        with zipfile.ZipFile(download.value.path()) as packed:
+            assert sorted(packed.namelist()) == ["codebook.csv", "pairs.csv", "people.csv", "photos.csv"]
+            rows = list(csv.DictReader(io.StringIO(packed.read("pairs.csv").decode())))
+        assert len(rows) == 1 + 15 and {r["photo"] for r in rows} == {"two.jpg", "crowd.jpg"}
+        tab.context.close()
+    store.close()

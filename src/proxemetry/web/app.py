@@ -48,8 +48,10 @@ def create_app(review: Review, token: str, hosts: tuple[str, ...]) -> Guard:
         Route("/api/photos/{identity:int}", _answering(page.photo)),
         Route("/api/photos/{identity:int}/actions", _answering(page.act), methods=["POST"]),
         Route("/api/photos/{identity:int}/undo", _answering(page.undo), methods=["POST"]),
+        Route("/api/photos/{identity:int}/alike", _answering(page.alike)),
         Route("/api/photos/{identity:int}/picture", _answering(page.picture)),
         Route("/api/export", _answering(page.export), methods=["POST"]),
+        Route("/api/tables.zip", _answering(page.tables)),
         Route("/api/reviewers", _answering(page.reviewers)),
         Route("/api/agreement", _answering(page.agreement)),
         Route("/api/drop", _answering(page.drop), methods=["POST"]),
@@ -129,6 +131,11 @@ class _Page:
         await run_in_threadpool(self._review.act, identity, str(fields.get("action")), fields["value"])
         return await self._view(request)
 
+    async def alike(self, request: Request) -> Response:
+        scope = request.query_params.get("scope", "")
+        found = await run_in_threadpool(self._review.alike, int(request.path_params["identity"]), scope)
+        return JSONResponse({"photos": found})
+
     async def undo(self, request: Request) -> Response:
         identity = int(request.path_params["identity"])
         undone = await run_in_threadpool(self._review.undo, identity)
@@ -145,6 +152,11 @@ class _Page:
 
     async def export(self, request: Request) -> Response:
         return JSONResponse({"files": await run_in_threadpool(self._review.export)})
+
+    async def tables(self, request: Request) -> Response:
+        headers = {"Content-Disposition": 'attachment; filename="proxemetry-tables.zip"', "Cache-Control": "no-store"}
+        content = await run_in_threadpool(self._review.tables)
+        return Response(content, media_type="application/zip", headers=headers)
 
     async def reviewers(self, request: Request) -> Response:
         return JSONResponse({"reviewers": await run_in_threadpool(self._review.store.log.people)})

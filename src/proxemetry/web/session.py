@@ -18,9 +18,12 @@ from ..errors import PhotoError, SettingsError
 from ..scene import Scene
 from .pictures import PictureCache, jpeg
 from .stores import Store
+from .tables_zip import tables_zip
 from .view import scene_view, summary_view
 
 PAGE_SIZE = 60
+#: What a correction may also be kept for -> what photos share then, None where nothing is known.
+SCOPES: dict[str, Callable[[Summary], str | None]] = {"folder": lambda s: s.group}
 _SCENES_KEPT = 64
 
 
@@ -41,7 +44,7 @@ class Query:
 #: Filter -> whether a photo with these marks (actions in force) belongs to it.
 FILTERS: dict[str, Callable[[Summary, frozenset[str]], bool]] = {
     "all": lambda s, m: True,
-    "unchecked": lambda s, m: not m,
+    "unchecked": lambda s, m: "checked" not in m,
     "pairs": lambda s, m: s.n_pairs > 0,
     "nobody": lambda s, m: s.status == "ok" and s.n_people == 0,
     "camera": lambda s, m: s.doubtful or s.status == "no_camera",
@@ -132,7 +135,7 @@ class Review:
                 "who": self.who,
                 "blind": self.blind,
                 "photos": len(shown),
-                "reviewed": sum(bool(marks) for _, marks in shown),
+                "reviewed": sum("checked" in marks for _, marks in shown),
                 "groups": sorted({s.group for s, _ in shown}),
                 "counts": {name: sum(belongs(s, m) for s, m in shown) for name, belongs in FILTERS.items()},
                 "page_size": PAGE_SIZE,
@@ -171,6 +174,7 @@ class Review:
             return {
                 **scene_view(self._scene(summary), self._actions.get(self._key(summary), ())),
                 "id": identity,
+                "others": {scope: len(self.alike(identity, scope)) for scope in SCOPES},
                 "who": self.who,
                 "place": place,
                 "total": len(order),
@@ -186,6 +190,21 @@ class Review:
                 raise SettingsError("correction: undo has an address of its own")
             kept = self.store.log.append(scene, action, value, self.who)
             self._take_in(identity, scene, [*self._actions.get(FileKey.of(scene), ()), kept])
+
+    def alike(self, identity: int, scope: str) -> list[int]:
+        """Return the other readable photos that share a photo's folder or camera.
+
+        scope: one of `SCOPES`; raises SettingsError for another. Photos whose files name no camera share none.
+        """
+        if scope not in SCOPES:
+            raise SettingsError(f"scope {scope!r} is unknown: use one of {', '.join(SCOPES)}")
+        with self._lock:
+            of = SCOPES[scope]
+            own = of(self._summary(identity))
+            return [
+                i for i, s in enumerate(self._summaries)
+                if own is not None and i != identity and s.status != "failed" and of(s) == own
+            ]  # fmt: skip
 
     def undo(self, identity: int) -> Action | None:
         """Take back one's own latest correction of a photo; return it."""
@@ -240,6 +259,11 @@ class Review:
         """Write the corrected tables and the log; return the files' names."""
         with self._lock:
             return self.store.export()
+
+    def tables(self) -> bytes:
+        """Return the corrected tables as a zip archive, for photos that have no results folder."""
+        with self._lock:
+            return tables_zip(self._scene(summary) for summary in self._summaries)
 
     def agreement(self, one: str, other: str) -> Agreement:
         """Return how two reviewers of this log agree; raises SettingsError for names that are not in it."""

@@ -29,6 +29,7 @@ export const picture = (id, size) => `/api/photos/${id}/picture?size=${size}`;
 export const undo = (id, query) => ask(`/api/photos/${id}/undo?${searchOf(query)}`, { method: "POST" });
 export const reviewers = () => ask("/api/reviewers");
 export const agreement = (one, other) => ask(`/api/agreement?${searchOf({ one, other })}`);
+export const tables = "/api/tables.zip";
 export const exportTables = () => ask("/api/export", { method: "POST" });
 
 export const act = (id, query, action, value) =>
@@ -37,6 +38,8 @@ export const act = (id, query, action, value) =>
     headers: { "Content-Type": "application/json" },
     body: JSON.stringify({ action, value }),
   });
+
+export const alike = (id, scope) => ask(`/api/photos/${id}/alike?${searchOf({ scope })}`);
 
 export const drop = (file) =>
   ask(`/api/drop?${searchOf({ name: file.name })}`, {

@@ -19,7 +19,7 @@ export async function showGallery(main, query, page, go) {
     tools(about, query, found.total, go),
     found.photos.length
       ? html("ul", { class: "cards", "aria-label": "Photos" }, found.photos.map((p) => card(p, query)))
-      : html("p", { class: "empty", text: about.photos ? "No photo is like that." : "There are no photos yet." }),
+      : html("p", { class: "empty", text: about.photos ? "No matching photos." : "There are no photos yet." }),
     ...(last > 0 ? [pages(page, last, query, go)] : []),
   );
   return about;

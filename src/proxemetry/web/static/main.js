@@ -63,14 +63,20 @@ async function show() {
   }
 }
 
-function opened(id) {
+// One dropped photo opens; several show the gallery, with the list of those that were refused.
+async function opened(id, refused = null) {
   about = null;
-  location.hash = `#/photo/${id}?${api.searchOf(START)}`;
+  if (id !== null) {
+    location.hash = `#/photo/${id}?${api.searchOf(START)}`;
+    return;
+  }
+  await show();
+  if (refused) main.querySelector(".drop")?.append(refused);
 }
 
 function dropAgain() {
   const area = html("div", {});
-  showDrop(area, opened);
+  showDrop(area, opened, true);
   return area;
 }
 
@@ -79,7 +85,7 @@ function head() {
   const where = document.getElementById("where");
   where.title = folder;
   where.textContent = `${folder.split(/[\\/]/).filter(Boolean).pop() ?? folder} · reviewing as ${about.who}${about.blind ? ", blind" : ""}`;
-  document.getElementById("export").hidden = about.mode === "drop";
+  document.getElementById("export").hidden = about.mode === "drop" && about.photos === 0;
   document.getElementById("nav-agreement").hidden = about.mode === "drop";
 }
 
@@ -87,6 +93,11 @@ document.getElementById("help").addEventListener("click", showHelp);
 document.getElementById("export").addEventListener("click", async (event) => {
   event.target.disabled = true;
   try {
+    if (about.mode === "drop") {
+      html("a", { href: api.tables, download: "proxemetry-tables.zip" }).click();
+      tell("The tables are downloaded as a zip file");
+      return;
+    }
     tell("Writing the tables ...");
     const { files } = await api.exportTables();
     tell(`Written to the results folder: ${files.join(", ")}`);

@@ -152,7 +152,7 @@ export class Overlay {
     if (p.box) {
       const [x, y, x1, y1] = p.box;
       const frame = { x, y, width: x1 - x, height: y1 - y };
-      group.append(svg("rect", { class: "reach", ...frame, onclick: () => this.on.choose(p.number) }), svg("rect", { class: "frame", ...frame }));
+      group.append(svg("rect", { class: "reach", ...frame, onclick: () => this.on.choose(p.number) }), svg("rect", { class: "frame under", ...frame }), svg("rect", { class: "frame", ...frame }));
     }
     group.append(...lines("casing", 2 * unit), ...lines("bone", 0));
     p.keypoints.forEach((point, k) => {

@@ -5,7 +5,7 @@ import { html, metres } from "./elements.js";
 const TABS = { pairs: "Pairs", people: "People", camera: "Camera", history: "History" };
 const ACTIONS = {
   remove_person: "removed a person", add_person: "added a person", move_joint: "moved a joint", set_camera: "set the focal length",
-  off_floor: "floor of a person", body_size: "body size of a person", exclude: "photo counts or not", note: "note", checked: "looked at, all right",
+  off_floor: "floor of a person", body_size: "body size of a person", exclude: "photo counts or not", note: "note", checked: "accepted",
 };
 export const SIZES = { adults: "adult", children: "child" };
 
@@ -65,9 +65,9 @@ export class Panel {
   pairs() {
     const { pairs, on_ground: ground } = this.fields;
     if (!pairs.length) return html("p", { class: "hint", text: this.fields.reason ?? "There is no pair of people." });
+    if (pairs.every((p) => p.distance_m === null)) return html("p", { class: "hint", text: `No distances: ${this.fields.reason ?? "nobody could be placed"}` });
     const doubts = pairs.some((p) => p.vague) ? ". ?: too uncertain for one number, read the interval" : "";
-    const meaning = pairs.every((p) => p.distance_m === null) ? "No pair has a distance"
-      : `Between body centres, ${ground ? "along the ground" : "in space (gravity unknown)"}; 90 % intervals${doubts}`;
+    const meaning = `Between body centres, ${ground ? "along the ground" : "in space (gravity unknown)"}; 90 % intervals${doubts}`;
     const rows = pairs.map((p) => this.row({ "data-pair": `${p.a}-${p.b}` }, { pair: `${p.a}-${p.b}` },
       html("th", { scope: "row" }, this.dot(p.a), " – ", this.dot(p.b)),
       html("td", { class: "num", text: p.distance_m === null ? "unknown" : `${metres(p.distance_m)}${p.vague ? " ?" : ""}` }),

@@ -1,13 +1,14 @@
 // One photo: the picture, the view from above and the tables, linked; and everything one may put right.
 
 import * as api from "./api.js";
-import { askFocal, askText } from "./dialogs.js";
-import { html, tell } from "./elements.js";
+import { askFocal, askSize, askText } from "./dialogs.js";
+import { html, plural, tell } from "./elements.js";
 import { Overlay } from "./overlay.js";
 import { Panel, SIZES } from "./panel.js";
 import { Plan } from "./plan.js";
 
-const SIZE_CYCLE = [null, "adults", "children"];
+// Digits typed within this time are one number: 1 and 2 choose person 12.
+const DIGITS_MS = 700;
 const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
 
 export class PhotoView {
@@ -28,8 +29,9 @@ export class PhotoView {
     };
     this.title = html("h1", {});
     this.placeText = html("span", { class: "place" });
+    this.notice = html("div", { class: "notice" });
     this.canvas = html("div", { class: "canvas" });
-    this.actions = html("div", { class: "actions", role: "toolbar", "aria-label": "Put right" });
+    this.actions = html("div", { class: "actions", role: "toolbar", "aria-label": "Corrections" });
     this.planHost = html("div", { class: "plan" });
     this.panelHost = html("div", { class: "panel" });
     this.previous = html("button", { type: "button", "aria-label": "Previous photo", onclick: () => this.go(-1), text: "←" });
@@ -37,7 +39,7 @@ export class PhotoView {
     this.root = html("div", { class: "photo" },
       html("section", { class: "stage", "aria-label": "Photo" },
         html("div", { class: "head" }, html("a", { class: "button", href: `#/?${api.searchOf(query)}`, text: "Gallery" }), this.title, this.placeText, this.previous, this.next),
-        this.canvas, this.actions),
+        this.notice, this.canvas, this.actions),
       html("aside", { class: "side", "aria-label": "View from above and tables" }, this.planHost, this.panelHost));
     main.replaceChildren(this.root);
     this.overlay = new Overlay(this.canvas, on);
@@ -71,23 +73,23 @@ export class PhotoView {
     const { fields, chosen } = this;
     const person = chosen === null ? null : fields.people[chosen];
     const button = (id, text, key, run, options = {}) => html("button", { type: "button", id, "aria-keyshortcuts": key, onclick: run, ...options }, `${text} `, html("kbd", { text: key }));
-    const size = person ? SIZES[person.size] ?? "as in the run" : "";
+    // Labels keep their width whoever is chosen, so that no button moves under the pointer.
     this.actions.replaceChildren(
-      button("remove", person ? `Remove person ${chosen}` : "Remove", "X", () => this.remove(), { disabled: !person }),
+      html("span", { class: "who", "aria-live": "polite", text: person ? `Person ${chosen}` : "Nobody chosen" }),
+      button("remove", "Remove", "X", () => this.remove(), { disabled: !person }),
       button("add", "Add person", "A", () => this.beginAdding(), { disabled: fields.status === "excluded" || fields.status === "failed" }),
-      button("size", person ? `Body: ${size}` : "Body size", "B", () => this.size(), { disabled: !person }),
-      button("floor", person?.off_floor ? "Back on the floor" : "Off the floor", "O", () => this.floor(), { disabled: !person }),
+      button("size", "Body size", "B", () => this.size(), { disabled: !person }),
+      button("floor", "Off the floor", "O", () => this.floor(), { disabled: !person, "aria-pressed": String(Boolean(person?.off_floor)) }),
       button("focal", "Focal length", "F", () => this.focal()),
-      button("exclude", fields.status === "excluded" ? "Count it again" : "Exclude", "E", () => this.exclude()),
+      button("exclude", "Exclude", "E", () => this.exclude(), { "aria-pressed": String(fields.status === "excluded") }),
       button("note", "Note", "N", () => this.note()),
       button("all", "All pairs", "P", () => this.toggle("allPairs"), { "aria-pressed": String(this.state.allPairs) }),
       html("span", { class: "gap" }),
       button("undo", "Undo", "U", () => this.undo(), { disabled: !fields.history.some((a) => a.who === fields.who) }),
-      button("checked", "All right", "Enter", () => this.checked(), { class: "first" }));
+      button("checked", "Accept", "Enter", () => this.checked(), { class: "first" }));
   }
 
   banner() {
-    this.canvas.querySelector(".banner")?.remove();
     const { fields, state } = this;
     const button = (text, run, first) => html("button", { type: "button", class: first ? "first" : null, onclick: run, text });
     let content = null;
@@ -97,18 +99,20 @@ export class PhotoView {
         ? [`Click the person's own ${joint.replaceAll("_", " ")}.`, button("Skip", () => this.skip()), button("Done", () => this.doneAdding(), true), button("Cancel", () => this.stopAdding())]
         : ["All joints are clicked.", button("Done", () => this.doneAdding(), true), button("Cancel", () => this.stopAdding())];
     } else if (this.joint) {
-      content = [`Person ${this.joint.person}, ${this.joint.name.replaceAll("_", " ")}: move it by the arrow keys, Enter keeps it.`];
+      content = [`Person ${this.joint.person}, ${this.joint.name.replaceAll("_", " ")}: move it with the arrow keys, then press Enter.`];
+    } else if (state.spread?.length) {
+      content = [`The focal length was set on ${plural(state.spread.length, "photo", "photos")}.`, button("Undo all", () => this.takeBack()), button("Dismiss", () => { state.spread = null; this.banner(); })];
     } else if (fields.status !== "ok") {
       content = [fields.status === "no_camera" ? "The focal length is unknown, so there are no distances." : fields.reason ?? ""];
       if (fields.status === "no_camera") content.push(button("Set the focal length", () => this.focal(), true));
     }
-    if (content) this.canvas.append(html("div", { class: "banner", role: "status" }, content));
+    this.notice.replaceChildren(...(content ? [html("div", { class: "banner", role: "status" }, content)] : []));
     this.root.classList.toggle("adding", state.adding !== null);
   }
 
   noPicture() {
-    if (!this.canvas.querySelector(".banner")) {
-      this.canvas.append(html("div", { class: "banner", role: "status", text: "The photo itself is not here; what was found in it is." }));
+    if (!this.notice.firstChild) {
+      this.notice.append(html("div", { class: "banner", role: "status", text: "The photo file is missing. What was found in it is shown without it." }));
     }
   }
 
@@ -157,7 +161,7 @@ export class PhotoView {
   }
 
   undo() {
-    return this.change(() => api.undo(this.fields.id, this.query), "Taken back");
+    return this.change(() => api.undo(this.fields.id, this.query), "Undone");
   }
 
   remove() {
@@ -168,26 +172,66 @@ export class PhotoView {
     this.act("remove_person", { box }, `Person ${number} removed; the others are numbered anew`);
   }
 
-  size() {
+  async size() {
     if (this.chosen === null) return;
-    const now = this.fields.people[this.chosen].size;
-    const size = SIZE_CYCLE[(SIZE_CYCLE.indexOf(now) + 1) % SIZE_CYCLE.length];
-    this.act("body_size", { box: this.boxOf(this.chosen), body_size: size });
+    const person = this.chosen;
+    const now = this.fields.people[person].size;
+    const answer = await askSize(person, now);
+    if (answer === null || answer.size === now) return;
+    const name = SIZES[answer.size] ?? "as in the run";
+    await this.act("body_size", { box: this.boxOf(person), body_size: answer.size }, `Person ${person}: ${name} (U undoes it)`);
   }
 
   floor() {
     if (this.chosen === null) return;
-    this.act("off_floor", { box: this.boxOf(this.chosen), off_floor: !this.fields.people[this.chosen].off_floor });
+    const off = !this.fields.people[this.chosen].off_floor;
+    this.act("off_floor", { box: this.boxOf(this.chosen), off_floor: off }, `Person ${this.chosen}: ${off ? "off" : "back on"} the shared floor`);
   }
 
   async focal() {
-    const value = await askFocal(this.fields.camera);
-    if (value) await this.act("set_camera", value, "Focal length set");
+    const answer = await askFocal(this.fields);
+    if (!answer) return;
+    const { value, scope } = answer;
+    if (scope === "photo") await this.act("set_camera", value, "Focal length set");
+    else await this.change(() => this.spread(value, scope));
+  }
+
+  // One photo after the other, each with an entry of its own in the log: what was done stays if this is left half way.
+  async spread(value, scope) {
+    const { id } = this.fields;
+    const ids = [id, ...(await api.alike(id, scope)).photos];
+    const done = [];
+    let fields = this.fields;
+    try {
+      for (const one of ids) {
+        const answer = await api.act(one, this.query, "set_camera", value);
+        if (one === id) fields = answer;
+        done.push(one);
+        tell(`Focal length set on ${done.length} of ${plural(ids.length, "photo", "photos")}`);
+      }
+    } finally {
+      this.state.spread = done;
+    }
+    return fields;
+  }
+
+  async takeBack() {
+    const ids = this.state.spread;
+    this.state.spread = null;
+    await this.change(async () => {
+      let { fields } = this;
+      for (const [k, one] of ids.entries()) {
+        const answer = await api.undo(one, this.query);
+        if (one === this.fields.id) fields = answer;
+        tell(`Undone on ${k + 1} of ${plural(ids.length, "photo", "photos")}`);
+      }
+      return fields;
+    });
   }
 
   async note() {
-    const text = await askText("Note on this photo", "Note", this.fields.about.note ?? "", "Keep");
-    if (text !== null) await this.act("note", { text }, "Note kept");
+    const text = await askText("Note on this photo", "Note", this.fields.about.note ?? "", "Save");
+    if (text !== null) await this.act("note", { text }, text ? "Note saved" : "Note removed");
   }
 
   async exclude() {
@@ -196,7 +240,7 @@ export class PhotoView {
       return;
     }
     const reason = await askText("Exclude this photo", "Reason", "", "Exclude");
-    if (reason !== null) await this.act("exclude", { excluded: true, reason: reason.trim() }, "Excluded");
+    if (reason !== null) await this.act("exclude", { excluded: true, reason }, "Excluded");
   }
 
   async checked() {
@@ -284,6 +328,14 @@ export class PhotoView {
     this.overlay.draw();
   }
 
+  digit(key, people) {
+    const now = performance.now();
+    const both = this.typed && now - this.typed.at < DIGITS_MS ? Number(this.typed.text + key) : NaN;
+    const number = both < people ? both : Number(key);
+    this.typed = { text: String(number), at: now };
+    if (number < people) this.choose(number);
+  }
+
   // Answers whether the key meant something here.
   key(event) {
     const onControl = /^(BUTTON|A)$/.test(event.target.tagName) || event.target.getAttribute?.("role") === "button";
@@ -305,7 +357,7 @@ export class PhotoView {
       h: () => this.toggle("hidden"), "+": () => this.overlay.zoom(1 / 1.3), "-": () => this.overlay.zoom(1.3), r: () => this.overlay.reset(),
       "]": () => step(1), "[": () => step(-1), ".": () => this.nextJoint(), Escape: () => this.chosen !== null && this.choose(this.chosen),
     };
-    if (/^[0-9]$/.test(event.key) && Number(event.key) < people) return this.choose(Number(event.key)), true;
+    if (/^[0-9]$/.test(event.key)) return this.digit(event.key, people), true;
     const run = keys[event.key] ?? keys[event.key.toLowerCase()];
     return Boolean(run) && (run(), true);
   }

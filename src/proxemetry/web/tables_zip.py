@@ -1,0 +1,33 @@
+"""The tables of photos that have no results folder, as one file to download."""
+
+from __future__ import annotations
+
+import io
+import tempfile
+import zipfile
+from collections.abc import Iterable
+
+from ..archive.store import parts
+from ..archive.store.folder import Folder
+from ..archive.store.results import Results, write_run
+from ..scene import Scene
+from ..tables import codebook_csv
+from ..version import __version__
+
+
+def tables_zip(scenes: Iterable[Scene]) -> bytes:
+    """Return photos.csv, people.csv, pairs.csv and codebook.csv of scenes as a zip archive.
+
+    They are made as a results folder's are, in a temporary folder, so that columns and numbers are the same.
+    """
+    with tempfile.TemporaryDirectory(prefix="proxemetry-tables-") as location:
+        folder = Folder(location)
+        parts.write(folder, 0, [parts.record_of(scene) for scene in scenes], {"proxemetry_version": __version__})
+        write_run(folder, {"version": __version__})
+        Results(folder).write_tables()
+        packed = io.BytesIO()
+        with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
+            for name in ("photos.csv", "people.csv", "pairs.csv"):
+                archive.writestr(name, folder.read(name) or b"")
+            archive.writestr("codebook.csv", codebook_csv())
+        return packed.getvalue()
