@@ -68,7 +68,7 @@ class Posterior:
             precision[own, tail] = block[:N_LOCAL, N_LOCAL:]
             precision[tail, own] = block[N_LOCAL:, :N_LOCAL]
             precision[tail, tail] += block[N_LOCAL:, N_LOCAL:]
-        precision[tail, tail] += np.diag(fit.shared_precision)
+        precision[tail, tail] += fit.shared_normal[:, :-1]
         self.root = np.linalg.inv(np.linalg.cholesky(precision)).T
 
     def unknowns(self, y: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -79,7 +79,7 @@ class Posterior:
     def __call__(self, y: FloatArray) -> tuple[float, FloatArray]:
         """Return the cost and its gradient."""
         fit = evaluate(self.rows, *self.unknowns(y), self.prior)
-        shared = fit.gradient[:, N_LOCAL:].sum(axis=0) + fit.shared_precision * (self.prior.mean - fit.shared)
+        shared = fit.gradient[:, N_LOCAL:].sum(axis=0) + fit.shared_normal[:, -1]
         downhill = np.concatenate([fit.gradient[:, :N_LOCAL].ravel(), shared])
         return fit.cost, -self.root.T @ downhill
 

@@ -18,7 +18,7 @@ from .version import __version__
 
 if TYPE_CHECKING:
     from .bodies import Bodies
-    from .camera import Camera, CameraEstimate
+    from .camera import Camera, CameraEstimate, Mount
     from .camera.focal import FocalRequest
     from .distances import Distances, zone_of
     from .errors import ProxemetryError
@@ -37,6 +37,7 @@ __all__ = [
     "Distances",
     "FocalRequest",
     "LocateSettings",
+    "Mount",
     "People",
     "Photo",
     "PoseBackend",
@@ -61,6 +62,7 @@ _HOME = {
     "Distances": "distances",
     "FocalRequest": "camera.focal",
     "LocateSettings": "locate",
+    "Mount": "camera",
     "People": "people",
     "Photo": "photo",
     "PoseBackend": "people",

@@ -10,6 +10,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from .arrays import FloatArray
 
+#: People contradict a camera's stated place where they put it further off than this many standard deviations, theirs
+#: and the place's together: by chance in one photo of a thousand, if both were as normal as they say.
+MOST_MISFIT = 2.6
+
 
 @dataclass(frozen=True)
 class Floor:
@@ -57,6 +61,8 @@ class Bodies:
     turns to the image's right. stature_m, stature_sd_m: shape (P,). NaN where unknown.
     floor: the shared floor, where one was found.
     modes: several explanations with weights that sum to one; empty where one is enough.
+    mount_misfit: by how many standard deviations the people put the camera elsewhere than its mount, root mean square
+        over what the mount says; NaN without one.
     """
 
     positions_m: FloatArray
@@ -71,6 +77,7 @@ class Bodies:
     stature_sd_m: FloatArray = field(default_factory=_nothing)
     floor: Floor | None = None
     modes: tuple[Mode, ...] = ()
+    mount_misfit: float = float("nan")
 
     def __post_init__(self) -> None:
         count = len(self.basis)

@@ -13,8 +13,8 @@ from typing import Any, cast
 
 import numpy as np
 
-from .bodies import Bodies
-from .camera import Camera, CameraEstimate
+from .bodies import MOST_MISFIT, Bodies
+from .camera import Camera, CameraEstimate, Doubt, Flag, Mount
 from .camera.focal import FocalRequest, estimate_camera
 from .camera.from_people.self_calibration import with_people
 from .errors import CameraError, PhotoError, SettingsError
@@ -34,17 +34,21 @@ class Settings:
     """What a run is told; the same settings on the same photo give the same scene.
 
     method: one of `locate.METHODS`. locate: what is stated of the people. focal: what is stated of the camera.
-    undistort: whether a known lens distortion is taken out of the keypoints.
+    undistort: whether a known lens distortion is taken out of the keypoints. mount: where the camera is, for all photos
+    of the run; what a camera table says of single photos comes before it.
     """
 
     method: str = DEFAULT_METHOD
     locate: LocateSettings = field(default_factory=LocateSettings)
     focal: FocalRequest = field(default_factory=FocalRequest)
     undistort: bool = True
+    mount: Mount | None = None
 
     def __post_init__(self) -> None:
         if self.method not in METHODS:
             raise SettingsError(f"method {self.method!r} is unknown: use one of {', '.join(METHODS)}")
+        if self.mount is not None and self.mount.camera is not None and self.focal.states_focal:
+            raise SettingsError("the mount has a focal length of its own: leave out what else is stated of it")
 
     def to_dict(self) -> dict[str, Any]:
         """Return the settings as JSON values; of a camera table the name and the hash of what it says."""
@@ -54,7 +58,8 @@ class Settings:
     def _fields(self) -> dict[str, Any]:
         """The settings as JSON values, made once: every scene carries them, and a camera table may be long."""
         table = self.focal.camera_table
-        fields = _plain(asdict(replace(self, focal=replace(self.focal, camera_table=None))))
+        fields = _plain(asdict(replace(self, focal=replace(self.focal, camera_table=None), mount=None)))
+        fields["mount"] = None if self.mount is None else self.mount.to_dict()
         if table is not None:
             digest = hashlib.sha256(repr(table.rows).encode()).hexdigest()
             fields["focal"]["camera_table"] = f"{Path(table.source).name} sha256:{digest}"
@@ -77,6 +82,7 @@ class Settings:
             LocateSettings(**locate),
             FocalRequest(**focal),
             fields.get("undistort", True),
+            None if fields.get("mount") is None else Mount.from_dict(fields["mount"]),
         )
 
 
@@ -97,13 +103,15 @@ def measure(
     *,
     pose: str | PoseBackend | Callable[..., Any] = "auto",
     camera: Camera | CameraEstimate | FocalRequest | None = None,
+    mount: Mount | None = None,
     method: str | None = None,
     settings: Settings | None = None,
 ) -> Scene:
     """Measure one photo.
 
     photo: a file, upright RGB pixels of shape (H, W, 3), or a `Photo`. pose: a back end or its name. camera: what is
-    known of it, before what the photo's metadata say. method and camera take precedence over `settings`.
+    known of it, before what the photo's metadata say. mount: where it is; its intrinsics, if it has any, stand where
+    no camera is given. method, camera and mount take precedence over `settings`.
 
     Raises PhotoError where the photo cannot be read, KeypointsError where a back end's answer is malformed,
     CameraError, ModelError or SettingsError where what is asked for cannot be had. A photo without a known focal length
@@ -115,6 +123,7 @@ def measure(
         settings,
         method=method or settings.method,
         focal=camera if isinstance(camera, FocalRequest) else settings.focal,
+        mount=mount or settings.mount,
     )
     if not isinstance(cast(object, camera), Camera | CameraEstimate | FocalRequest | None):
         raise SettingsError(f"camera must be a Camera, a CameraEstimate or a FocalRequest, not {camera!r:.40}")
@@ -131,16 +140,23 @@ def measure(
 
 
 def place(
-    name: str, sha256: str, width: int, height: int, people: People, estimate: CameraEstimate, settings: Settings
-) -> Scene:
+    name: str, sha256: str, width: int, height: int, people: People, estimate: CameraEstimate, settings: Settings,
+    mount: Mount | None = None,
+) -> Scene:  # fmt: skip
     """Return the scene of people already found with a camera already chosen: the last two stages alone.
 
-    Raises CameraError where the camera is of a photo of another size, SettingsError where the settings speak of people
-    who are not there.
+    mount: where the camera is, instead of what the estimate says of it and, after that, the settings.
+
+    Raises CameraError where the camera or its mount is of a photo of another size, SettingsError where the settings
+    speak of people who are not there.
     """
+    estimate = replace(estimate, mount=mount or estimate.mount or settings.mount)
     _check_size(estimate.camera, width, height)
+    if estimate.mount is not None:
+        estimate.mount.check_size(width, height)
     _check_rows(settings.locate, len(people))
     bodies, status, reason = _locate(people, estimate, settings)
+    estimate = _with_contradiction(estimate, bodies)
     return Scene(
         name, sha256, width, height, status, reason, estimate, people, bodies,
         Provenance(__version__, settings.method, settings=settings.to_dict()),
@@ -227,7 +243,10 @@ def _backend(pose: str | PoseBackend | Callable[..., Any]) -> PoseBackend:
 def _recorded_camera(backend: PoseBackend, photo: Photo, settings: Settings) -> Camera | None:
     """Return the camera that a keypoint file gives for the photo, unless the user states one for the run."""
     camera_of = getattr(backend, "camera_of", None)
-    return camera_of(photo) if camera_of is not None and settings.focal == FocalRequest() else None
+    if camera_of is None or settings.focal != FocalRequest():
+        return None
+    found_with_place = settings.mount is not None and settings.mount.camera is not None
+    return None if found_with_place else camera_of(photo)
 
 
 def _why_nobody(backend: PoseBackend, photo: Photo) -> str | None:
@@ -244,6 +263,10 @@ def _estimate(
     if isinstance(camera, Camera):
         return CameraEstimate(camera)
     estimate = estimate_camera(photo, settings.focal)
+    mount = estimate.mount or settings.mount
+    if mount is not None and mount.camera is not None:
+        mount.check_size(photo.width, photo.height)
+        return replace(estimate, camera=mount.camera, flags=(), reason=None, lens=None, mount=mount)
     return with_people(estimate, people, photo.width, photo.height)
 
 
@@ -255,5 +278,16 @@ def _locate(people: People, estimate: CameraEstimate, settings: Settings) -> tup
     camera = estimate.camera
     if settings.undistort:
         people = replace(people, keypoints_px=camera.undistorted(people.keypoints_px))
-    bodies = method_named(settings.method)(people, camera.without_distortion(), settings.locate)
+    locate = method_named(settings.method)
+    bodies = locate(people, camera.without_distortion(), settings.locate, estimate.mount)
     return bodies, "ok", None if len(people) else "nobody found"
+
+
+def _with_contradiction(estimate: CameraEstimate, bodies: Bodies) -> CameraEstimate:
+    """Return the estimate with a doubt where the people say that the camera is not where the mount has it."""
+    kept = tuple(flag for flag in estimate.flags if flag.doubt is not Doubt.MOUNT)
+    if not bodies.mount_misfit > MOST_MISFIT:
+        return replace(estimate, flags=kept)
+    off = f"{bodies.mount_misfit:.1f} standard deviations off"
+    said = f"the people contradict the camera's mount ({off}): it has moved, or they stand on no level floor"
+    return replace(estimate, flags=(*kept, Flag(Doubt.MOUNT, said)))

@@ -16,7 +16,7 @@ import numpy as np
 
 from .arrays import FloatArray
 from .bodies import Bodies, Floor, Mode
-from .camera import Camera, CameraEstimate, Candidate, Flag, Source
+from .camera import Camera, CameraEstimate, Candidate, Flag, Mount, Source
 from .distances import Distances, measure_distances
 from .errors import OutputError, ProxemetryError
 from .people import People
@@ -155,6 +155,7 @@ def _camera_to_dict(estimate: CameraEstimate) -> dict[str, Any]:
         "flags": [asdict(f) for f in estimate.flags],
         "reason": estimate.reason,
         "lens": estimate.lens,
+        "mount": None if estimate.mount is None else estimate.mount.to_dict(),
     }
 
 
@@ -166,6 +167,7 @@ def _camera_from_dict(fields: Mapping[str, Any]) -> CameraEstimate:
         tuple(map(Flag.from_dict, fields["flags"])),
         fields["reason"],
         fields.get("lens"),
+        Mount.from_dict(fields["mount"]) if fields.get("mount") else None,
     )
 
 
@@ -217,6 +219,7 @@ def _bodies_to_dict(bodies: Bodies) -> dict[str, Any]:
             }
             for m in bodies.modes
         ],
+        "mount_misfit": _finite(bodies.mount_misfit),
     }
 
 
@@ -236,6 +239,7 @@ def _bodies_from_dict(fields: Mapping[str, Any]) -> Bodies:
             Mode(m["weight"], _array(m["positions_m"], count, 3), _from_triangle(m["covariance_m2"], 3 * count))
             for m in fields["modes"]
         ),
+        mount_misfit=math.nan if fields.get("mount_misfit") is None else fields["mount_misfit"],
         **vectors,
     )
 

@@ -1,6 +1,19 @@
 """From a photo to its camera: intrinsics, and everything that decides which focal length is used."""
 
-from .camera import NO_DISTORTION, Camera, CameraEstimate, Candidate
+from .camera import NO_DISTORTION, Camera
+from .estimate import CameraEstimate, Candidate
+from .mount import FloorFrame, Mount
 from .sources import Doubt, Flag, FocalSource, Source
 
-__all__ = ["NO_DISTORTION", "Camera", "CameraEstimate", "Candidate", "Doubt", "Flag", "FocalSource", "Source"]
+__all__ = [
+    "NO_DISTORTION",
+    "Camera",
+    "CameraEstimate",
+    "Candidate",
+    "Doubt",
+    "Flag",
+    "FloorFrame",
+    "FocalSource",
+    "Mount",
+    "Source",
+]

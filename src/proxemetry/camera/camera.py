@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from ..arrays import FloatArray
 from ..errors import CameraError
-from .sources import Flag, FocalSource, Source
+from .sources import FocalSource, Source
 
 NO_DISTORTION = (0.0, 0.0, 0.0, 0.0, 0.0)
 _UNDISTORT_ITERATIONS = 30
@@ -142,45 +142,6 @@ def _plain(name: str, value: object) -> float:
     if array.shape or array.dtype.kind not in "iuf":
         raise CameraError(f"camera {name} is {value!r:.40}: it must be a number")
     return array.item()
-
-
-@dataclass(frozen=True)
-class Candidate:
-    """One answer to what the focal length is: pixels of the full-size photo, relative sd, and where it came from."""
-
-    focal_px: float
-    rel_sd: float
-    source: Source
-
-
-@dataclass(frozen=True)
-class CameraEstimate:
-    """The camera chosen for a photo, every candidate, and what is doubtful.
-
-    camera is None where no focal length is known; reason then says so and what to do. lens says whose distortion the
-    camera has, and where it is from; None where it has none.
-    """
-
-    camera: Camera | None
-    candidates: tuple[Candidate, ...] = ()
-    flags: tuple[Flag, ...] = ()
-    reason: str | None = None
-    lens: str | None = None
-
-    @property
-    def source(self) -> Source | None:
-        """Where the chosen focal length came from, None where none is known."""
-        return None if self.camera is None else self.camera.source
-
-    @property
-    def is_assumed(self) -> bool:
-        """Whether the focal length is a guess."""
-        return self.camera is not None and self.camera.source.is_assumed
-
-    @property
-    def is_doubtful(self) -> bool:
-        """Whether anything is doubtful about the camera, a guessed focal length included."""
-        return bool(self.flags) or self.is_assumed
 
 
 def _distort(ideal: FloatArray, distortion: tuple[float, float, float, float, float]) -> FloatArray:

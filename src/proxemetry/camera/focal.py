@@ -14,7 +14,8 @@ from typing import Any, cast
 from ..errors import SettingsError
 from ..intervals import HALF_WIDTH_SD
 from ..photo import Photo
-from .camera import Camera, CameraEstimate, Candidate
+from .camera import Camera
+from .estimate import CameraEstimate, Candidate
 from .frame import Frame, frame_of
 from .sources import Doubt, Flag, FocalSource, Source
 from .table import CameraRow, CameraTable
@@ -70,6 +71,11 @@ class FocalRequest:
         ):
             raise SettingsError(f"--assume-fov is {self.assume_fov_deg}: it must be 1 to 170 degrees")
 
+    @property
+    def states_focal(self) -> bool:
+        """Whether a focal length is stated for all photos, and not only assumed."""
+        return (self.focal_mm, self.focal_35mm, self.focal_px) != (None, None, None)
+
 
 def _plain(value: Any) -> Any:
     """Return what an array or an element of one holds as Python's own numbers, anything else as it is."""
@@ -101,7 +107,8 @@ def estimate_camera(photo: Photo, request: FocalRequest | None = None) -> Camera
     stated_mm = (row and row.focal_mm) or request.focal_mm
     unusable = stated_mm is not None and not any(_is_by_user(c) for c in candidates)
     if unusable or not candidates:
-        return CameraEstimate(None, candidates, flags, _what_is_missing(photo, stated_mm))
+        missing = _what_is_missing(photo, stated_mm)
+        return CameraEstimate(None, candidates, flags, missing, mount=None if row is None else row.mount)
     chosen, frame, doubts = _weigh(photo, found, frame)
     camera = Camera.centred(
         chosen.focal_px, photo.width, photo.height, focal_rel_sd=chosen.rel_sd, source=chosen.source
@@ -122,7 +129,8 @@ def estimate_camera(photo: Photo, request: FocalRequest | None = None) -> Camera
         doubts = [*flags, *doubts]
     if doubt:
         doubts.append(Flag(Doubt.LENS, doubt))
-    return CameraEstimate(camera, candidates, tuple(doubts), lens=lens)
+    mount = None if row is None else row.mount
+    return CameraEstimate(camera, candidates, tuple(doubts), lens=lens, mount=mount)
 
 
 def row_of(photo: Photo, table: CameraTable) -> CameraRow | None:

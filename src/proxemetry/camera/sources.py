@@ -101,6 +101,7 @@ class Doubt(StrEnum):
     CROPPED = "cropped"
     ZOOMED = "zoomed"
     LENS = "lens"
+    MOUNT = "mount"
     OTHER = "other"
 
     @property

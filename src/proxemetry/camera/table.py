@@ -14,8 +14,10 @@ from fnmatch import fnmatchcase
 from pathlib import Path
 
 from ..errors import CameraError, SettingsError
+from .mount import STATED_ANGLE_SD_RAD, Mount
 
 _KEYS = ("photo", "make", "model")
+_PLACE = (("pitch_deg", "pitch_sd_deg"), ("roll_deg", "roll_sd_deg"), ("height_m", "height_sd_m"))
 
 
 @dataclass(frozen=True)
@@ -23,7 +25,9 @@ class CameraRow:
     """One row: which photos it applies to, and what it states of their camera; None where a cell is empty.
 
     Lengths named _mm are millimetres; focal_px, focal_y_px, cx_px, cy_px are pixels of the upright full-size photo;
-    k1, k2, p1, p2, k3 are OpenCV's. line is the row's line in the file.
+    k1, k2, p1, p2, k3 are OpenCV's; pitch_deg, roll_deg (degrees, a positive pitch looks down) and height_m above the
+    floor say where the camera is, each with its standard deviation or that of `Mount.stated`. line is the row's line in
+    the file.
     """
 
     line: int
@@ -43,6 +47,12 @@ class CameraRow:
     p1: float | None = None
     p2: float | None = None
     k3: float | None = None
+    pitch_deg: float | None = None
+    roll_deg: float | None = None
+    height_m: float | None = None
+    pitch_sd_deg: float | None = None
+    roll_sd_deg: float | None = None
+    height_sd_m: float | None = None
 
     def __post_init__(self) -> None:
         if not (self.photo or self.make or self.model):
@@ -60,6 +70,12 @@ class CameraRow:
             raise CameraError("focal_y_px stands without focal_px")
         if (self.cx_px is None) != (self.cy_px is None):
             raise CameraError("cx_px and cy_px belong together: give both or none")
+        for name, sd_name in _PLACE:
+            if getattr(self, sd_name) is not None and getattr(self, name) is None:
+                raise CameraError(f"{sd_name} stands without {name}")
+            if (getattr(self, sd_name) or 0.0) < 0:
+                raise CameraError(f"{sd_name} is {getattr(self, sd_name):g}: a standard deviation is 0 or more")
+        _ = self.mount  # what it cannot be is said here
 
     @property
     def distortion(self) -> tuple[float, float, float, float, float] | None:
@@ -67,6 +83,18 @@ class CameraRow:
         if all(value is None for value in (self.k1, self.k2, self.p1, self.p2, self.k3)):
             return None
         return (self.k1 or 0.0, self.k2 or 0.0, self.p1 or 0.0, self.p2 or 0.0, self.k3 or 0.0)
+
+    @property
+    def mount(self) -> Mount | None:
+        """Where the camera is, or None where the row says nothing of it."""
+        if self.pitch_deg is None and self.roll_deg is None and self.height_m is None:
+            return None
+        return Mount.stated(
+            _radians(self.pitch_deg), _radians(self.roll_deg), math.nan if self.height_m is None else self.height_m,
+            pitch_sd_rad=_radians(self.pitch_sd_deg, STATED_ANGLE_SD_RAD),
+            roll_sd_rad=_radians(self.roll_sd_deg, STATED_ANGLE_SD_RAD), height_sd_m=self.height_sd_m,
+            source=f"camera table line {self.line}",
+        )  # fmt: skip
 
     def applies(self, name: str, make: str | None, model: str | None) -> bool:
         """Tell whether the row applies to a photo of that name from a camera of that make and model."""
@@ -85,6 +113,10 @@ class CameraRow:
         wild = any(c in pattern for c in "*?[")
         letters = sum(c not in "*?[]" for c in stem)
         return bool(pattern) and not wild, letters, bool(self.make) + 2 * bool(self.model)
+
+
+def _radians(degrees: float | None, default: float = math.nan) -> float:
+    return default if degrees is None else math.radians(degrees)
 
 
 def _matches(pattern: str, text: str) -> bool:

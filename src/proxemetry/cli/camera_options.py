@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 
+from ..camera import Mount
 from ..camera.focal import FocalRequest
 from ..camera.table import CameraTable
 
@@ -28,6 +29,19 @@ def add_camera_options(parser: argparse.ArgumentParser) -> None:
         help="field of view to assume where nothing is known, across the photo's long side",
     )
     group.add_argument("--camera-table", metavar="FILE", help="CSV of what is known of single photos or cameras")
+
+
+def add_mount_option(parser: argparse.ArgumentParser) -> None:
+    """Add the option that names where the camera is."""
+    parser.add_argument(
+        "--mount", metavar="CAMERA.json",
+        help="where the camera is, of all photos: made by `proxemetry calibrate`, or stated",
+    )  # fmt: skip
+
+
+def stated_mount(args: argparse.Namespace) -> Mount | None:
+    """Return what `--mount` names, or None; raises CameraError where it is no mount."""
+    return Mount.read(args.mount) if args.mount else None
 
 
 def focal_request(args: argparse.Namespace) -> FocalRequest:

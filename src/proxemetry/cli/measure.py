@@ -16,7 +16,7 @@ from ..locate.pinhole import QUIRKS
 from ..measure import DEFAULT_METHOD, Settings
 from ..pose import DEVICES, EFFORTS, PoseOptions
 from . import DONE, NOTHING_DONE, SOME_FAILED
-from .camera_options import add_camera_options, focal_request, number
+from .camera_options import add_camera_options, add_mount_option, focal_request, number, stated_mount
 from .progress import Reporter
 from .tally import print_results
 
@@ -25,6 +25,7 @@ _EXAMPLES = """examples:
   proxemetry measure photos --out results --overlays --safe-distance 1.5
   proxemetry measure IMG_1.JPG IMG_2.JPG --out results --focal-mm 50 --sensor-mm 36x24
   proxemetry measure scans --out results --assume-fov 50           no metadata: an assumption, and marked as one
+  proxemetry measure frames --out results --mount CAMERA.json      a camera that stays, calibrated once
   proxemetry measure --pose recorded:keypoints.json --out results  keypoints from elsewhere, photos or not
   proxemetry measure archive --out results --shard 3/40            one of 40 jobs on one shared folder
 
@@ -44,6 +45,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     _add_method(parser)
     parser.add_argument("--no-undistort", action="store_true", help="do not straighten what the lens bent")
     add_camera_options(parser)
+    add_mount_option(parser)
     _add_output(parser)
     _add_run(parser)
 
@@ -153,7 +155,7 @@ def _job(args: argparse.Namespace) -> Job:
         args.out,
         args.pose,
         PoseOptions(effort=args.effort, offline=args.offline, device=args.device, flip=args.flip),
-        Settings(args.method, locate, focal, undistort=not args.no_undistort),
+        Settings(args.method, locate, focal, undistort=not args.no_undistort, mount=stated_mount(args)),
         args.with_names,
         args.with_gps,
     )

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from ..anthropometry import CHILD_WEIGHT
 from ..bodies import Bodies
-from ..camera import Camera
+from ..camera import Camera, Mount
 from ..errors import SettingsError
 from ..people import People
 
@@ -55,8 +55,9 @@ class LocateSettings:
             raise SettingsError(f"floor {self.floor!r} is unknown: use one of {', '.join(FLOORS)}")
 
 
-#: Takes people in undistorted pixels of the camera given, and returns as many bodies, row for row.
-Method = Callable[[People, Camera, LocateSettings], Bodies]
+#: Takes people in undistorted pixels of the camera given, and returns as many bodies, row for row. The mount says what
+#: is known of the camera's place; the paper's estimators, which know of no floor, make nothing of it.
+Method = Callable[[People, Camera, LocateSettings, Mount | None], Bodies]
 
 
 def method_named(name: str) -> Method:

@@ -17,7 +17,7 @@ import numpy as np
 
 from ..arrays import FloatArray
 from ..bodies import Bodies
-from ..camera import Camera
+from ..camera import Camera, Mount
 from ..errors import SettingsError
 from ..people import People
 from . import LocateSettings
@@ -70,22 +70,22 @@ _UNSEEN = {
 }
 
 
-def locate_torso(people: People, camera: Camera, settings: LocateSettings) -> Bodies:
+def locate_torso(people: People, camera: Camera, settings: LocateSettings, mount: Mount | None = None) -> Bodies:
     """Place people by neck to mid-hip, 444 mm."""
     return _locate("torso", ("torso",), people, camera, settings)
 
 
-def locate_shoulder(people: People, camera: Camera, settings: LocateSettings) -> Bodies:
+def locate_shoulder(people: People, camera: Camera, settings: LocateSettings, mount: Mount | None = None) -> Bodies:
     """Place people by the shoulders, 389 mm; refused where the two halves differ by more than 1.25 times."""
     return _locate("shoulder", ("shoulder",), people, camera, settings)
 
 
-def locate_pupil(people: People, camera: Camera, settings: LocateSettings) -> Bodies:
+def locate_pupil(people: People, camera: Camera, settings: LocateSettings, mount: Mount | None = None) -> Bodies:
     """Place people by the pupils, 63 mm; only faces that look towards the camera."""
     return _locate("pupil", ("pupil",), people, camera, settings)
 
 
-def locate_combined(people: People, camera: Camera, settings: LocateSettings) -> Bodies:
+def locate_combined(people: People, camera: Camera, settings: LocateSettings, mount: Mount | None = None) -> Bodies:
     """Place each person by whichever of the three lengths puts them nearest to the camera."""
     return _locate("combined", CUES, people, camera, settings)
 

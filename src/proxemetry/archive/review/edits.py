@@ -152,7 +152,11 @@ def _set_camera(draft: _Draft, value: Mapping[str, Any], scene: Scene) -> bool:
     # What was doubtful about the old focal length is settled; that the new one is assumed is not.
     assumed = tuple(flag for flag in estimate.flags if flag.doubt is Doubt.ASSUMED)
     draft.camera = CameraEstimate(
-        camera, draft.camera.candidates, (*assumed, *flags_beside_focal(draft.camera.flags)), lens=draft.camera.lens
+        camera,
+        draft.camera.candidates,
+        (*assumed, *flags_beside_focal(draft.camera.flags)),
+        lens=draft.camera.lens,
+        mount=draft.camera.mount,
     )
     return True
 

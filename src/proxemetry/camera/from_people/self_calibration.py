@@ -21,7 +21,8 @@ from numpy.typing import NDArray
 from ...intervals import HALF_WIDTH_SD
 from ...people import People
 from ...photo.metadata import Metadata
-from ..camera import Camera, CameraEstimate, Candidate
+from ..camera import Camera
+from ..estimate import CameraEstimate, Candidate
 from ..frame import frame_of
 from ..sources import Doubt, Flag, FocalSource, Source
 from .focal_profile import consensus, profile_around, profile_everywhere
@@ -85,7 +86,7 @@ def with_people(estimate: CameraEstimate, people: People, width: int, height: in
     candidates = (*found.candidates, *estimate.candidates)
     if found.camera is not None:
         kept = tuple(flag for flag in estimate.flags if flag.doubt is not Doubt.ASSUMED)
-        return CameraEstimate(found.camera, candidates, (*kept, *found.flags))
+        return CameraEstimate(found.camera, candidates, (*kept, *found.flags), mount=estimate.mount)
     if assumed:
         return replace(estimate, candidates=candidates)
     return replace(estimate, candidates=candidates, reason=f"{estimate.reason}; {found.reason}")

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from ...arrays import FloatArray
 from .projection import N_LOCAL, N_SHARED
-from .solver import Fit, Rows, SharedPrior, beforehand, bounded, eliminated, evaluate_rows, solved
+from .solver import Fit, Rows, bounded, eliminated, evaluate_rows, solved
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,10 +44,10 @@ class Others:
         return Others(self.mean[index], self.precision[index])
 
 
-def others_of(fit: Fit, prior: SharedPrior) -> Others:
+def others_of(fit: Fit) -> Others:
     """Return what everybody else says of the camera, for each of the fit's rows: Gaussian, about the fit."""
     _, own = eliminated(fit.normal)
-    rest = own.sum(axis=0) - own + beforehand(fit, prior)
+    rest = own.sum(axis=0) - own + fit.shared_normal
     precision = rest[..., :-1]
     return Others(fit.shared + solved(precision, rest[..., -1:])[..., 0], precision)
 

@@ -7,21 +7,24 @@ of floor and focal length included.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
 from ...arrays import FloatArray
-from ...bodies import Bodies
-from ...camera import Camera
+from ...bodies import MOST_MISFIT, Bodies
+from ...camera import Camera, Mount
 from ...people import People
 from .. import LocateSettings
 from .alternatives import Explanations, explain, explained, joined, others_of
 from .body_model import BodyModel, body_model
+from .contradiction import misfit
 from .evidence import Evidence, evidence_of
 from .hypotheses import Guesses, body_types, guesses_of, keypoint_precision, log_evidence, resized, rows_of
 from .posterior import Placed, placed_people
 from .projection import DEPTH, FOCAL, HEIGHT, LOG_LENGTHS, N_SHARED, PITCH, PRINCIPAL, ROLL
-from .solver import Fit, Rows, SharedPrior, approach, solve
+from .solver import Fit, Place, Rows, SharedPrior, approach, solve
 from .start import look
 
 #: How even floors are, as a standard deviation of where the soles are: metres, and per metre of distance, since ground
@@ -32,6 +35,8 @@ PITCH_SD_RAD = np.deg2rad(7.0)
 ROLL_SD_RAD = np.deg2rad(1.2)
 TYPICAL_HEIGHT_M, HEIGHT_LOG_SD = 1.55, 0.30
 
+#: What a mount's covariance is about, among the shared unknowns.
+_AS_SHARED = np.array([PITCH, ROLL, HEIGHT, FOCAL])
 _EXACT = 1e-5
 _LOOSE = 0.25
 #: From the first steps on, and from where another explanation has been solved already.
@@ -42,17 +47,18 @@ _LIKELIER = 1.0
 _REASON = "fewer than two usable joints: nothing shows how large this person appears"
 
 
-def locate(people: People, camera: Camera, settings: LocateSettings) -> Bodies:
+def locate(people: People, camera: Camera, settings: LocateSettings, mount: Mount | None = None) -> Bodies:
     """Return where everybody stands, from all evidence at once.
 
-    `people` are in undistorted pixels of `camera`. Rows without two usable joints come back as NaN with a reason.
+    `people` are in undistorted pixels of `camera`; `mount` says what is known of its place. Rows without two usable
+    joints come back as NaN with a reason.
     """
     model = body_model(people.skeleton)
     evidence = evidence_of(people, camera, model)
     usable = np.flatnonzero(_measurable(evidence))
     if not len(usable):
         return Bodies.unplaced(len(people), "scene", _REASON)
-    placed = _fit(_taken(evidence, usable), camera, settings, usable, model)
+    placed = _fit(_taken(evidence, usable), shared_prior(camera, mount), settings, usable, model)
     return placed.bodies(len(people), usable, _REASON)
 
 
@@ -71,24 +77,37 @@ def _taken(evidence: Evidence, index: NDArray[np.intp]) -> Evidence:
     )  # fmt: skip
 
 
-def shared_prior(camera: Camera) -> SharedPrior:
+def shared_prior(camera: Camera, mount: Mount | None = None) -> SharedPrior:
     """Return what is known of the camera's place and of its intrinsics before the people are seen."""
     mean, sd = np.zeros(N_SHARED), np.zeros(N_SHARED)
     mean[HEIGHT] = np.log(TYPICAL_HEIGHT_M)
     sd[PITCH], sd[ROLL], sd[HEIGHT] = PITCH_SD_RAD, ROLL_SD_RAD, HEIGHT_LOG_SD
     sd[FOCAL] = max(camera.focal_rel_sd, _EXACT)
     sd[PRINCIPAL] = max(camera.principal_sd_px / camera.f_px, _EXACT)
-    return SharedPrior(mean, sd)
+    place = Place() if mount is None else _place(camera, mount)
+    sd[place.which] = np.inf
+    return SharedPrior(mean, sd, place)
+
+
+def _place(camera: Camera, mount: Mount) -> Place:
+    """Return what a mount says of the shared unknowns of a camera.
+
+    Where the mount's own focal length was found with its place, it stands for the camera's.
+    """
+    which = mount.known
+    focal = 0.0 if mount.camera is None else np.log(mount.camera.f_px / camera.f_px)
+    mean = np.array([mount.pitch_rad, mount.roll_rad, np.log(mount.height_m), focal])[which]
+    covariance = np.array(mount.covariance)[np.ix_(which, which)] + np.eye(len(which)) * _EXACT**2
+    return Place(_AS_SHARED[which], mean, np.asarray(np.linalg.inv(covariance), dtype=float))
 
 
 def _fit(
-    evidence: Evidence, camera: Camera, settings: LocateSettings, usable: NDArray[np.intp], model: BodyModel
+    evidence: Evidence, prior: SharedPrior, settings: LocateSettings, usable: NDArray[np.intp], model: BodyModel
 ) -> Placed:
     sizes = settings.body_sizes or (None,) * (int(usable.max()) + 1)
     types = [body_types(sizes[row] or settings.body_size, settings.child_weight) for row in usable]
     on_floor = np.array([settings.floor == "shared" and row not in settings.off_floor for row in usable])
     floor_sd = np.where(on_floor, FLOOR_SD_M, np.inf)
-    prior = shared_prior(camera)
     start = look(evidence, np.exp([t[0].mean for t in types]), prior, model, on_floor.astype(float))
     guesses, first = guesses_of(start, types, model)
     scale = _scale(guesses.local[first])
@@ -110,8 +129,12 @@ def _fit(
     uneven = np.hypot(FLOOR_SD_M, FLOOR_SLOPE_SD * np.exp(local[:, DEPTH]))
     rows = rows.with_floor(FLOOR_SD_M / uneven[rows.person])
     fit = solve(rows.taken(first), local, near.shared, prior, iterations=_MOST_ITERATIONS)
+    off = misfit(fit, prior)
+    if off > MOST_MISFIT:  # a camera that was moved, or another one: its place is worth as little as it is wrong
+        prior = replace(prior, place=prior.place.widened(off))
+        fit = solve(rows.taken(first), fit.local, fit.shared, prior, iterations=_MOST_ITERATIONS)
     for _ in range(2):
-        explanations, weight = _weigh(rows, first, guesses, fit, prior)
+        explanations, weight = _weigh(rows, first, guesses, fit)
         best = _best_rows(rows.person, weight)
         if (best == first).all():
             break
@@ -119,15 +142,13 @@ def _fit(
         fit = solve(rows.taken(first), explanations.local[first], fit.shared, prior, iterations=_MOST_AGAIN)
         guesses.local[:] = explanations.local
     else:
-        explanations, weight = _weigh(rows, first, guesses, fit, prior)
-    return placed_people(rows, explanations, weight, first, fit, evidence, model, on_floor)
+        explanations, weight = _weigh(rows, first, guesses, fit)
+    return replace(placed_people(rows, explanations, weight, first, fit, evidence, model, on_floor), mount_misfit=off)
 
 
-def _weigh(
-    rows: Rows, first: NDArray[np.intp], guesses: Guesses, fit: Fit, prior: SharedPrior
-) -> tuple[Explanations, FloatArray]:
+def _weigh(rows: Rows, first: NDArray[np.intp], guesses: Guesses, fit: Fit) -> tuple[Explanations, FloatArray]:
     """Explain every row with the camera as everybody else would have it; return also the log weight of each."""
-    others = others_of(fit, prior)
+    others = others_of(fit)
     following = np.ones(len(rows), dtype=bool)
     following[first] = False
     rest = np.flatnonzero(following)

@@ -57,6 +57,7 @@ class Placed:
     stature_sd_m: FloatArray
     floor: Floor | None
     modes: tuple[Mode, ...]
+    mount_misfit: float = float("nan")
 
     def bodies(self, count: int, rows: NDArray[np.intp], reason: str) -> Bodies:
         """Return them among all `count` people, at `rows`; the others are unplaced for that reason.
@@ -97,7 +98,7 @@ class Placed:
             _spread(self.positions_m, count, rows), _spread_square(self.covariance_m2, count, rows), "scene",
             basis, reasons, self.up, _spread(self.heading_rad, count, rows),
             _spread(self.heading_sd_rad, count, rows), _spread(self.stature_m, count, rows),
-            _spread(self.stature_sd_m, count, rows), self.floor, modes,
+            _spread(self.stature_sd_m, count, rows), self.floor, modes, self.mount_misfit,
         )  # fmt: skip
 
 
@@ -143,7 +144,7 @@ def _covariance(fit: Fit) -> tuple[FloatArray, FloatArray, FloatArray]:
     cross = fit.hessian[:, :N_LOCAL, N_LOCAL:]
     by_shared = inverse @ cross
     left = (fit.hessian[:, N_LOCAL:, N_LOCAL:] - cross.transpose(0, 2, 1) @ by_shared).sum(axis=0)
-    shared = np.asarray(np.linalg.inv(left + np.diag(fit.shared_precision)), dtype=float)
+    shared = np.asarray(np.linalg.inv(left + fit.shared_normal[:, :-1]), dtype=float)
     variance = np.einsum("rii->ri", inverse) + (by_shared @ shared * by_shared).sum(axis=2)
     jacobian = torso_jacobian(torso_position(fit.local, fit.shared), fit.shared)
     by_local = jacobian[..., :3]

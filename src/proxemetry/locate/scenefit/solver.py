@@ -7,7 +7,7 @@ floor's distance and what is known of the camera beforehand: an outlier loses it
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,8 @@ from .projection import DEPTH, FOCAL, HEADING, N_LOCAL, N_SHARED, TURN, BodyTabl
 _KEYPOINT_DOF = 5.0
 _FLOOR_DOF = 3.0
 _SHARED_DOF = 3.0
+#: What is stated of the camera's place is believed as stated near its mean; its tails are heavy.
+_PLACE_DOF = 4.0
 #: Depths and shared unknowns that move by less end the search; the last step itself is still taken.
 _SETTLED = 1e-2
 #: No unknown moves further in one step: the model is only locally linear. The log of the camera's height bends little.
@@ -68,19 +70,77 @@ class Rows:
 
 
 @dataclass(frozen=True, eq=False)
+class Place:
+    """What is stated or was measured of the camera: some of the shared unknowns, known together.
+
+    which: shape (k,), of the shared unknowns. mean: shape (k,). precision: shape (k, k).
+    """
+
+    which: NDArray[np.intp] = field(default_factory=lambda: np.zeros(0, dtype=np.intp))
+    mean: FloatArray = field(default_factory=lambda: np.zeros(0))
+    precision: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
+
+    def __len__(self) -> int:
+        return len(self.which)
+
+    @property
+    def covariance(self) -> FloatArray:
+        """The inverse of the precision."""
+        return np.asarray(np.linalg.inv(self.precision), dtype=float)
+
+    def widened(self, factor: float) -> Place:
+        """Return the place with every standard deviation multiplied."""
+        return replace(self, precision=self.precision / factor**2)
+
+
+@dataclass(frozen=True, eq=False)
 class SharedPrior:
-    """What is known of the camera beforehand: mean and scale (N_SHARED,), Student-t but for focal and principal."""
+    """What is known of the camera beforehand.
+
+    mean, sd: shape (N_SHARED,), of what is known of each unknown alone, Student-t but for focal and principal; sd is
+    infinite where the place alone tells. place: what is known of several together, Student-t.
+    """
 
     mean: FloatArray
     sd: FloatArray
+    place: Place = field(default_factory=Place)
 
     def cost(self, shared: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return the negative log density of estimates (..., N_SHARED), up to a constant, and their precisions."""
-        z2 = ((shared - self.mean) / self.sd) ** 2
+        """Return the negative log density of estimates (..., N_SHARED), up to a constant, and its normal equations.
+
+        Their shape is (..., N_SHARED, N_SHARED + 1): hessians and, last, the downhill gradient.
+        """
+        away = self.mean - shared
+        z2 = (away / self.sd) ** 2
         off = 1 + z2[..., :FOCAL] / _SHARED_DOF
         precision = np.broadcast_to(self.sd**-2, shared.shape).copy()
         precision[..., :FOCAL] *= (1 + 1 / _SHARED_DOF) / off
-        return (_SHARED_DOF + 1) / 2 * np.log(off).sum(axis=-1) + 0.5 * z2[..., FOCAL:].sum(axis=-1), precision
+        normal = np.concatenate([precision[..., None] * np.eye(N_SHARED), (precision * away)[..., None]], axis=-1)
+        cost = (_SHARED_DOF + 1) / 2 * np.log(off).sum(axis=-1) + 0.5 * z2[..., FOCAL:].sum(axis=-1)
+        return (cost, normal) if not len(self.place) else self._with_place(shared, cost, normal)
+
+    def _with_place(self, shared: FloatArray, cost: FloatArray, normal: FloatArray) -> tuple[FloatArray, FloatArray]:
+        which, dof = self.place.which, _PLACE_DOF + len(self.place)
+        away = self.place.mean - shared[..., which]
+        pull = (self.place.precision @ away[..., None])[..., 0]
+        off = 1 + (away * pull).sum(axis=-1) / dof
+        normal[..., which[:, None], which] += self.place.precision / off[..., None, None]
+        normal[..., which, -1] += pull / off[..., None]
+        return cost + dof / 2 * np.log(off), normal
+
+    @property
+    def marginal_mean(self) -> FloatArray:
+        """What each unknown is expected to be, shape (N_SHARED,)."""
+        mean = self.mean.copy()
+        mean[self.place.which] = self.place.mean
+        return mean
+
+    @property
+    def marginal_sd(self) -> FloatArray:
+        """How far each may be from that, shape (N_SHARED,)."""
+        sd = self.sd.copy()
+        sd[self.place.which] = np.sqrt(np.diag(self.place.covariance))
+        return sd
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,15 +148,15 @@ class Fit:
     """An explanation: local (R, N_LOCAL), shared (N_SHARED,), with its normal equations and its cost.
 
     normal: shape (R, N_LOCAL + N_SHARED, N_LOCAL + N_SHARED + 1), each row's hessian and, downhill, its gradient,
-    without the shared prior, whose precision is shared_precision, shape (N_SHARED,). row_cost: shape (R,), negative log
-    posterior of each row given the shared. shared_cost: that of the shared prior. weights: shape (R, K), about 1 for a
-    keypoint fully believed, 0 for an outlier; of those not seen they say nothing.
+    without the shared prior, whose own is shared_normal, shape (N_SHARED, N_SHARED + 1). row_cost: shape (R,), negative
+    log posterior of each row given the shared. shared_cost: that of the shared prior. weights: shape (R, K), about 1
+    for a keypoint fully believed, 0 for an outlier; of those not seen they say nothing.
     """
 
     local: FloatArray
     shared: FloatArray
     normal: FloatArray
-    shared_precision: FloatArray
+    shared_normal: FloatArray
     row_cost: FloatArray
     shared_cost: float
     weights: FloatArray
@@ -124,7 +184,7 @@ def solve(rows: Rows, local: FloatArray, shared: FloatArray, prior: SharedPrior,
     for _ in range(iterations):
         fit = evaluate(rows, local, shared, prior)
         best = fit if best is None or fit.cost <= best.cost else best
-        local_step, shared_step = bounded(*_step(fit, prior))
+        local_step, shared_step = bounded(*_step(fit))
         longest = np.where(local_step[:, _FACING] * last < 0, _SWING * np.abs(last), longest)
         last = local_step[:, _FACING] = np.clip(local_step[:, _FACING], -longest, longest)
         local, shared = local + local_step, shared + shared_step
@@ -141,8 +201,8 @@ def _stepped(fit: Fit, local_step: FloatArray, shared_step: FloatArray, prior: S
     row_cost = fit.row_cost - (step * (normal[..., -1] - 0.5 * bent)).sum(axis=1)
     normal[..., -1] -= bent
     shared = fit.shared + shared_step
-    shared_cost, shared_precision = prior.cost(shared)
-    return Fit(fit.local + local_step, shared, normal, shared_precision, row_cost, float(shared_cost), fit.weights)
+    shared_cost, shared_normal = prior.cost(shared)
+    return Fit(fit.local + local_step, shared, normal, shared_normal, row_cost, float(shared_cost), fit.weights)
 
 
 def approach(
@@ -151,7 +211,7 @@ def approach(
 ) -> Fit:  # fmt: skip
     """Return the fit one step nearer to an explanation, in which only the leading rows move the camera."""
     fit = evaluate(rows, local, shared, prior)
-    local_step, shared_step = _step(fit, prior, leading)
+    local_step, shared_step = _step(fit, leading)
     return _stepped(fit, *bounded(local_step, shared_step), prior)
 
 
@@ -163,8 +223,8 @@ def bounded(local_step: FloatArray, shared_step: FloatArray) -> tuple[FloatArray
 def evaluate(rows: Rows, local: FloatArray, shared: FloatArray, prior: SharedPrior) -> Fit:
     """Return the fit at this point."""
     normal, cost, weights = evaluate_rows(rows, local, shared)
-    shared_cost, shared_precision = prior.cost(shared)
-    return Fit(local, shared, normal, shared_precision, cost, float(shared_cost), weights)
+    shared_cost, shared_normal = prior.cost(shared)
+    return Fit(local, shared, normal, shared_normal, cost, float(shared_cost), weights)
 
 
 def evaluate_rows(rows: Rows, local: FloatArray, shared: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -192,21 +252,13 @@ def evaluate_rows(rows: Rows, local: FloatArray, shared: FloatArray) -> tuple[Fl
     return normal, cost, weights
 
 
-def _step(
-    fit: Fit, prior: SharedPrior, leading: NDArray[np.intp] | slice = slice(None)
-) -> tuple[FloatArray, FloatArray]:
+def _step(fit: Fit, leading: NDArray[np.intp] | slice = slice(None)) -> tuple[FloatArray, FloatArray]:
     """Return the step of local (R, N_LOCAL) and shared unknowns (N_SHARED,); the leading rows alone tell the latter."""
     answer, reduced = eliminated(fit.normal)
     # what the shared unknowns see once every row has answered
-    equations = reduced[leading].sum(axis=0) + beforehand(fit, prior)
+    equations = reduced[leading].sum(axis=0) + fit.shared_normal
     shared_step = solved(equations[:, :-1], equations[:, -1])
     return answer[..., -1] - answer[..., :-1] @ shared_step, shared_step
-
-
-def beforehand(fit: Fit, prior: SharedPrior) -> FloatArray:
-    """Return what is known of the shared unknowns without anybody, hessian and gradient (N_SHARED, N_SHARED + 1)."""
-    pull = fit.shared_precision * (prior.mean - fit.shared)
-    return np.column_stack([np.diag(fit.shared_precision), pull])
 
 
 def eliminated(normal: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -15,21 +15,53 @@ from ...arrays import FloatArray
 from .body_model import BodyModel
 from .body_tables import N_COMMON, N_TELLING, POSTURE_WEIGHTS, SHOE_M
 from .evidence import Evidence
-from .projection import HEIGHT, N_SHARED, PITCH, body_axes, camera_axes
+from .projection import HEIGHT, PITCH, ROLL, body_axes, camera_axes
 from .solver import SharedPrior
 
 HEADINGS: FloatArray = np.linspace(0.0, 2 * np.pi, 8, endpoint=False)
 _PITCHES: FloatArray = np.deg2rad([0.0, -12.0, 12.0, 24.0, 36.0, 50.0, 65.0])
-# World to camera at each pitch: gravity's direction, and the axes of a body at each heading, (pitches, headings, 3, 3).
-_CAMERA_AXES: FloatArray = camera_axes(np.stack([_PITCHES, 0 * _PITCHES], axis=1))
-_DOWN: FloatArray = _CAMERA_AXES[:, :, 1]
-_DOWN_BY_PITCH: FloatArray = np.stack([0 * _PITCHES, -np.sin(_PITCHES), np.cos(_PITCHES)], axis=1)
-_AXES: FloatArray = _CAMERA_AXES[:, None] @ body_axes(HEADINGS)
+_BODY_AXES: FloatArray = body_axes(HEADINGS)
 #: How far from a pitch of the table its bodies still look right.
 _CELL_RAD = np.deg2rad(5.0)
 _DEPTH_REL_SD = 0.07
 _FLOOR_SD_M = 0.1
 _DOF = 4.0
+
+
+@dataclass(frozen=True, eq=False)
+class Tilts:
+    """The G pitches that are tried, at one roll.
+
+    pitches: shape (G,). down: shape (G, 3), gravity's direction in the camera frame, and by_pitch its derivative. axes:
+    shape (G, headings, 3, 3), from a body at each heading to the camera.
+    """
+
+    pitches: FloatArray
+    roll: float
+    down: FloatArray
+    by_pitch: FloatArray
+    axes: FloatArray
+
+    @classmethod
+    def of(cls, pitches: FloatArray, roll: float) -> Tilts:
+        """Return the tables of these pitches."""
+        camera = camera_axes(np.stack([pitches, np.full_like(pitches, roll)], axis=1))
+        sine, cosine = np.sin(pitches), np.cos(pitches)
+        by_pitch = np.stack([np.sin(roll) * sine, -np.cos(roll) * sine, cosine], axis=1)
+        return cls(pitches, roll, camera[:, :, 1], by_pitch, camera[:, None] @ _BODY_AXES)
+
+    @classmethod
+    def worth_trying(cls, prior: SharedPrior) -> Tilts:
+        """Return the tilts that the prior leaves open: a stated pitch is the only one, or one more."""
+        mean, sd = prior.marginal_mean, prior.marginal_sd
+        if PITCH not in prior.place.which:
+            return _LEVEL if mean[ROLL] == 0.0 else cls.of(_PITCHES, float(mean[ROLL]))
+        stated = mean[PITCH : PITCH + 1]
+        near = np.abs(_PITCHES - stated) < 2 * sd[PITCH]
+        return cls.of(np.concatenate([stated, _PITCHES[near]]), float(mean[ROLL]))
+
+
+_LEVEL = Tilts.of(_PITCHES, 0.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,10 +88,12 @@ def look(
     unlikely = -np.log(POSTURE_WEIGHTS)[:, None] + np.zeros((len(weights), 1, 1))
     unlikely[~_whole(evidence, model), N_COMMON:] = np.inf
     # some postures tell the pitch, the others are tried at that pitch alone
-    cost, scale, shift = _lay(evidence.points, weights, bodies[:, :N_TELLING], _AXES)
+    tilts = Tilts.worth_trying(prior)
+    cost, scale, shift = _lay(evidence.points, weights, bodies[:, :N_TELLING], tilts.axes)
     cost = cost + unlikely[:, :N_TELLING, None]
-    best, shared = _pitch(cost, lengths_m[:, 0, None, None, None] / scale, shift, torso, prior, on_floor)
-    rare_cost, rare_scale, rare_shift = _lay(evidence.points, weights, bodies[:, N_TELLING:], _AXES[best : best + 1])
+    best, shared = _pitch(tilts, cost, lengths_m[:, 0, None, None, None] / scale, shift, torso, prior, on_floor)
+    at = tilts.axes[best : best + 1]
+    rare_cost, rare_scale, rare_shift = _lay(evidence.points, weights, bodies[:, N_TELLING:], at)
     rare_cost = rare_cost + unlikely[:, N_TELLING:, None]
     size = np.concatenate([scale[:, :, best], rare_scale[:, :, 0]], axis=1)
     return Start(
@@ -70,23 +104,24 @@ def look(
 
 
 def _pitch(
-    cost: FloatArray, depth: FloatArray, shift: FloatArray, torso: FloatArray, prior: SharedPrior, on_floor: FloatArray
-) -> tuple[int, FloatArray]:
+    tilts: Tilts, cost: FloatArray, depth: FloatArray, shift: FloatArray, torso: FloatArray, prior: SharedPrior,
+    on_floor: FloatArray,
+) -> tuple[int, FloatArray]:  # fmt: skip
     """Return the likeliest pitch's place in the table, and the shared unknowns (N_SHARED,) there.
 
     cost, depth: shape (P, postures, pitches, headings); shift: the same and 2; torso: shape (P, postures or more).
     """
     # everybody's best posture and heading at each pitch
     people = np.arange(len(cost))[:, None]
-    pitch = np.arange(len(_PITCHES))
-    by_pitch = cost.swapaxes(1, 2).reshape(len(cost), len(_PITCHES), -1)
+    pitch = np.arange(len(tilts.pitches))
+    by_pitch = cost.swapaxes(1, 2).reshape(len(cost), len(pitch), -1)
     posture, heading = np.divmod(by_pitch.argmin(axis=-1), len(HEADINGS))
     chosen = (people, posture, pitch, heading)
     z = depth[chosen][..., None]
     position = np.concatenate([shift[chosen] * z, z], axis=-1).swapaxes(0, 1)
     standing = torso[people, posture].T + SHOE_M
-    shared = np.zeros((len(_PITCHES), N_SHARED))
-    floor_cost, shared[:, PITCH], shared[:, HEIGHT] = _floor(position, standing, prior, on_floor)
+    shared = np.tile(prior.marginal_mean, (len(pitch), 1))
+    floor_cost, shared[:, PITCH], shared[:, HEIGHT] = _floor(tilts, position, standing, prior, on_floor)
     best = int((cost[chosen].sum(axis=0) + floor_cost + prior.cost(shared)[0]).argmin())
     return best, shared[best]
 
@@ -138,19 +173,21 @@ def _lay(
 
 
 def _floor(
-    position: FloatArray, torso_m: FloatArray, prior: SharedPrior, on_floor: FloatArray
+    tilts: Tilts, position: FloatArray, torso_m: FloatArray, prior: SharedPrior, on_floor: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return how badly the people fit one floor near each pitch (G,), that pitch made finer, and log camera height.
 
     position: shape (G, P, 3). torso_m: shape (G, P), the torso's height above the floor. Heights and a small change of
     pitch follow by robust least squares; both are held near what is known beforehand.
     """
-    below = np.einsum("gpi,gi->gp", position, _DOWN)
-    by_pitch = np.einsum("gpi,gi->gp", position, _DOWN_BY_PITCH)
+    below = np.einsum("gpi,gi->gp", position, tilts.down)
+    by_pitch = np.einsum("gpi,gi->gp", position, tilts.by_pitch)
     variance = (_DEPTH_REL_SD * below) ** 2 + (0.06 * torso_m) ** 2 + _FLOOR_SD_M**2
-    typical = float(np.exp(prior.mean[HEIGHT]))
-    height_precision = (2 * prior.sd[HEIGHT] * typical) ** -2
-    pitch_precision, cell_precision = (2 * prior.sd[PITCH]) ** -2, _CELL_RAD**-2
+    mean, sd = prior.marginal_mean, prior.marginal_sd
+    typical = float(np.exp(mean[HEIGHT]))
+    height_precision = (2 * sd[HEIGHT] * typical) ** -2
+    pitch_precision, cell_precision = (2 * sd[PITCH]) ** -2, _CELL_RAD**-2
+    expected = mean[PITCH] - tilts.pitches
     height, step = np.full((len(position), 1), typical), np.zeros((len(position), 1))
     for _ in range(4):
         apart = below + torso_m + step * by_pitch - height
@@ -160,11 +197,11 @@ def _floor(
         hs = -(robust * by_pitch).sum(axis=1)
         ss = (robust * by_pitch**2).sum(axis=1) + pitch_precision + cell_precision
         h = (robust * (below + torso_m)).sum(axis=1) + height_precision * typical
-        s = -(robust * by_pitch * (below + torso_m)).sum(axis=1) - pitch_precision * _PITCHES
+        s = -(robust * by_pitch * (below + torso_m)).sum(axis=1) + pitch_precision * expected
         determinant = hh * ss - hs**2
         height = ((h * ss - s * hs) / determinant)[:, None]
         step = ((s * hh - h * hs) / determinant)[:, None]
     apart = below + torso_m + step * by_pitch - height
     cost = (on_floor * (_DOF + 1) / 2 * np.log1p(apart**2 / variance / _DOF)).sum(axis=1)
     cost += 0.5 * cell_precision * step[:, 0] ** 2
-    return cost, _PITCHES + step[:, 0], np.log(np.clip(height[:, 0], 0.3, 50.0))
+    return cost, tilts.pitches + step[:, 0], np.log(np.clip(height[:, 0], 0.3, 50.0))
