@@ -2,8 +2,8 @@
 
 import pytest
 
-from proxemetry import weights
 from proxemetry.cli import COMMANDS, main
+from proxemetry.pose import BACKENDS
 
 
 @pytest.mark.parametrize(
@@ -47,4 +47,4 @@ def test_doctor_without_photos_says_what_is_missing(monkeypatch, tmp_path, capsy
     assert main(["doctor"]) == 0
     out = capsys.readouterr().out
     assert str(tmp_path) in out
-    assert "proxemetry models fetch" in out and all(name in out for name in weights.EMBEDDED)
+    assert "proxemetry models fetch" in out and all(name in out for name in BACKENDS["yolox-tinypose"].models)

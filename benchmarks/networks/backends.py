@@ -31,7 +31,7 @@ from benchmarks.networks.networks_at_hand import add_models_option
 from proxemetry.arrays import FloatArray
 from proxemetry.people import People, PoseBackend
 from proxemetry.photo import EXTENSIONS, Photo
-from proxemetry.pose import AUTO_ORDER, PoseOptions, backend_named, is_available
+from proxemetry.pose import PoseOptions, available, backend_named
 
 
 def counts(people: People, labels: Mapping[str, Any]) -> Counter[str]:
@@ -138,7 +138,7 @@ def main() -> None:
     parser.add_argument("--effort", default="fast,normal,thorough")
     parser.add_argument("--rounds", type=int, default=2, help="times through the photos for the throughput; 0: none")
     args = parser.parse_args()
-    names = args.pose.split(",") if args.pose else list(filter(is_available, AUTO_ORDER))
+    names = args.pose.split(",") if args.pose else available()
     print(f"{'back end':34s}      clear        hard doubles  false ms/photo ms (cpu)  photos/s (ms) with 1, 2 workers")
     for name in names:
         for effort in args.effort.split(","):

@@ -6,7 +6,8 @@ import importlib.util
 import platform
 
 from .. import weights
-from ..pose import AUTO_ORDER, BACKENDS, auto_name, is_available
+from ..pose import BACKENDS, is_available
+from ..pose.default_eyes import EYES, recorded
 from ..version import __version__
 
 #: What a package is for, the package, and the extra that brings it.
@@ -34,11 +35,19 @@ def lines() -> list[str]:
 def _networks() -> list[str]:
     """Return who would find the people, and what of it is not here yet."""
     found = [f"networks lie in: {', '.join(map(str, weights.cache_folders()))}"]
-    absent = [name for name in weights.EMBEDDED if weights.locate(name) is None]
+    name = recorded()
+    if name is None:
+        here = next((eyes for eyes in EYES if is_available(eyes)), None)
+        wanted = BACKENDS[EYES[0]].models
+        absent = [model for model in wanted if not weights.is_here(model)]
+        if absent:
+            found.append(
+                f"not here yet: {', '.join(absent)}; `proxemetry models fetch` gets them (needs the network once)"
+            )
+        if here is None:
+            return [*found, f"people would be found by: {EYES[0]}, once its networks are here"]
+        return [*found, f"people would be found by: {here}, until `proxemetry models fetch` gets better"]
+    absent = [model for model in BACKENDS[name].models if not weights.is_here(model)]
     if absent:
-        found.append(f"not here yet: {', '.join(absent)}; `proxemetry models fetch` gets them (needs the network once)")
-    others = [name for name in AUTO_ORDER if is_available(name)]
-    name = auto_name()
-    if not others:
-        return [*found, f"people would be found by: {name}, once its networks are here"]
+        return [*found, f"not here any more: {', '.join(absent)}; `proxemetry models fetch` gets them"]
     return [*found, f"people are found by: {name} ({BACKENDS[name].summary})", "nothing is missing for measuring"]

@@ -7,12 +7,14 @@ import sys
 
 from .. import weights
 from ..errors import ModelError
+from ..pose import BACKENDS
+from ..pose.default_eyes import choose
 from ..weights import Model
 from . import DONE, SOME_FAILED
 
 _EXAMPLES = """examples:
   proxemetry models list                        what there is, its licence, and what is here
-  proxemetry models fetch                       the embedded back end's networks
+  proxemetry models fetch                       the best eyes that can be had: what --pose auto then is
   proxemetry models fetch yolox_nano.onnx       one of the others
   proxemetry models add ~/Downloads/FILE        a file that you have
   proxemetry models verify                      check every file that is here
@@ -28,8 +30,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.epilog = _EXAMPLES
     actions = parser.add_subparsers(dest="action", metavar="list|fetch|verify|path|add", required=True)
     actions.add_parser("list", help="every network: licence, size, origin, and whether it is here")
-    fetch = actions.add_parser("fetch", help="fetch networks (the embedded back end's where none is named)")
-    fetch.add_argument("names", nargs="*", metavar="NAME")
+    fetch = actions.add_parser("fetch", help="fetch networks (those of the best eyes where none is named)")
+    fetch.add_argument("names", nargs="*", metavar="NAME", help="a network, or all those of a back end")
     fetch.add_argument("--accept-licence", action="store_true", help="needed where it forbids commercial use")
     fetch.add_argument("--offline", action="store_true", help="fetch nothing: fail where what is needed is not here")
     verify = actions.add_parser("verify", help="check hashes (of every file that is here where none is named)")
@@ -56,7 +58,7 @@ def _list(args: argparse.Namespace) -> int:
 
 
 def _row(model: Model) -> tuple[str, ...]:
-    here = "yes" if weights.locate(model.name) else "no"
+    here = "yes" if weights.is_here(model.name) else "no"
     size = f"{model.size_bytes / 1e6:.1f}" if model.size_bytes else "?"
     hash_text = model.sha256[:12] if model.hash_is_complete else f"{model.sha256} (published prefix)"
     commercial = "yes" if model.commercial_use else "NO"
@@ -64,14 +66,49 @@ def _row(model: Model) -> tuple[str, ...]:
 
 
 def _fetch(args: argparse.Namespace) -> int:
-    names = args.names or weights.EMBEDDED
-    located = weights.fetch(names, accept_licence=args.accept_licence, offline=args.offline, say=_say_aside)
-    if not args.names:
-        finder = weights.if_to_be_had(weights.EMBEDDED_FINDER, offline=args.offline, say=_say_aside)
-        located += [finder] if finder is not None else []
+    shown = _Shown()
+    if args.names:
+        names = [model for name in args.names for model in _networks_of(name)]
+        located = weights.fetch(
+            names, accept_licence=args.accept_licence, offline=args.offline, say=shown.say, progress=shown.progress
+        )
+    else:
+        name = choose(offline=args.offline, say=shown.say, progress=shown.progress)
+        located = [weights.obtain(model) for model in BACKENDS[name].models]
+        located += [weights.verify(model) for model in BACKENDS[name].wants if weights.locate(model) is not None]
+    shown.finish()
     for one in located:
         _say(f"{one.path}  {one.sha256}")
     return DONE
+
+
+def _networks_of(name: str) -> tuple[str, ...]:
+    """Return a back end's networks, or the name itself, which is that of a network."""
+    return BACKENDS[name].models if name in BACKENDS and BACKENDS[name].models else (name,)
+
+
+class _Shown:
+    """Lines and a percentage on standard error; the percentage only on a terminal."""
+
+    def __init__(self) -> None:
+        self._last = ""
+
+    def say(self, line: str) -> None:
+        self.finish()
+        sys.stderr.write(line + "\n")
+
+    def progress(self, done: int, total: int | None) -> None:
+        text = f"{done / 1e6:.0f} MB" + (f", {min(100 * done // total, 100)} %" if total else "")
+        if text != self._last and sys.stderr.isatty():
+            self._last = text
+            sys.stderr.write(f"\r{text} ")
+            sys.stderr.flush()
+
+    def finish(self) -> None:
+        """Clear the percentage."""
+        if self._last:
+            sys.stderr.write("\r" + " " * (len(self._last) + 1) + "\r")
+            self._last = ""
 
 
 def _verify(args: argparse.Namespace) -> int:
@@ -107,7 +144,3 @@ def _add(args: argparse.Namespace) -> int:
 
 def _say(line: str) -> None:
     sys.stdout.write(line + "\n")
-
-
-def _say_aside(line: str) -> None:
-    sys.stderr.write(line + "\n")

@@ -67,14 +67,26 @@ def _ready(name: str, models: tuple[str, ...], summary: str) -> Entry:
     return Entry("onnx.backend:open_backend", models, "onnxruntime", summary, name, _ANY)
 
 
+def _on_litert(name: str, models: tuple[str, ...], summary: str) -> Entry:
+    return Entry("onnx.backend:open_backend", models, "ai_edge_litert", summary, name, _ANY)
+
+
 _PAPER_MODELS = ("yolov4.cfg", "yolov4.weights", "body_25_pose_deploy.prototxt", "pose_iter_584000.caffemodel")
 
 BACKENDS: dict[str, Entry] = {
+    "yolox-tinypose": _on_litert(
+        "yolox-tinypose", ("yolox_nano.tflite", "tinypose_256x192.tflite"), "17 joints, small and quick: the default"
+    ),
+    "nanodet-movenet": _on_litert(
+        "nanodet-movenet",
+        ("nanodet_g.tflite", "movenet_thunder.tflite"),
+        "17 joints, out of package registries: the default where GitHub cannot be reached",
+    ),
     "blazepose": Entry(
         "blazepose:open_backend",
         weights.EMBEDDED,
         "ai_edge_litert",
-        "the embedded default: runs everywhere",
+        "33 joints, out of the Python package index alone: where neither of the others can be had",
         takes=("flip",),  # it always does
         wants=(weights.EMBEDDED_FINDER,),
     ),
@@ -88,9 +100,6 @@ BACKENDS: dict[str, Entry] = {
         "yolox-vitpose", ("yolox_m_humanart.onnx", "vitpose_b_coco.onnx"), "17 joints, strongest and slowest"
     ),
     "rtmo": _ready("rtmo", ("rtmo_s_body7.onnx",), "17 joints, one network: its time hardly grows with the people"),
-    "yolox-tinypose": _ready(
-        "yolox-tinypose", ("yolox_nano.onnx", "tinypose_256x192.onnx"), "17 joints, small and quick"
-    ),
     "onnx": Entry(
         "onnx.backend:open_backend", (), "onnxruntime", "onnx:SPEC.toml runs any detector and pose network", takes=_ANY
     ),
@@ -110,21 +119,17 @@ BACKENDS: dict[str, Entry] = {
     "python": Entry("callables:open_backend", (), "", "python:MODULE:FUNCTION calls your own detector"),
 }
 
-#: Best first; `auto` takes the first whose networks and runtime are there. The embedded one always can be had.
-AUTO_ORDER: tuple[str, ...] = (
-    "rtmdet-rtmpose-halpe26",
-    "yolox-rtmpose",
-    "yolox-vitpose",
-    "yolox-tinypose",
-    "blazepose",
-)
-
 
 def is_available(name: str) -> bool:
     """Return whether a back end's networks and runtime are there, without loading any."""
     entry = BACKENDS[name]
     runtime_is_there = not entry.runtime or importlib.util.find_spec(entry.runtime) is not None
-    return runtime_is_there and all(weights.locate(model) is not None for model in entry.models)
+    return runtime_is_there and all(weights.is_here(model) for model in entry.models)
+
+
+def available() -> list[str]:
+    """Return the back ends whose networks and runtime are there, in the order of `BACKENDS`."""
+    return [name for name, entry in BACKENDS.items() if entry.models and is_available(name)]
 
 
 def lacking(name: str, models: Mapping[str, str]) -> tuple[str, ...]:
@@ -133,18 +138,18 @@ def lacking(name: str, models: Mapping[str, str]) -> tuple[str, ...]:
     return () if entry is None else tuple(model for model in entry.wants if model not in models)
 
 
-def auto_name() -> str:
-    """Return the name that `auto` stands for on this machine now."""
-    return next((name for name in AUTO_ORDER if is_available(name)), AUTO_ORDER[-1])
-
-
 def backend_named(name: str, options: PoseOptions | None = None) -> PoseBackend:
     """Return the back end of that name, ready to detect.
 
+    `auto` are the eyes that were chosen on this machine (`default_eyes`); where none were, they are chosen now.
     Raises SettingsError for a name that is not in `BACKENDS` or an option that it does not take, ModelError where a
     network is absent or damaged, KeypointsError where recorded keypoints are malformed.
     """
-    key, _, argument = (auto_name() if name == "auto" else name).partition(":")
+    if name == "auto":
+        from .default_eyes import chosen
+
+        name = chosen(offline=options.offline if options else False)
+    key, _, argument = name.partition(":")
     if key not in BACKENDS:
         raise SettingsError(f"pose back end {name!r} is unknown: use auto or one of {', '.join(BACKENDS)}")
     options = options or PoseOptions()

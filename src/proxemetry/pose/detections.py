@@ -41,6 +41,7 @@ class Detections:
         return Detections(self.boxes_px[rows], self.scores[rows], self.keypoints_px[rows], self.keypoint_scores[rows])
 
 
+_NANODET_STRIDES = (8, 16, 32)
 NOBODY = Detections(np.zeros((0, 4)), np.zeros(0))
 
 
@@ -116,6 +117,30 @@ def decode_ultralytics(
     return Detections(np.concatenate([raw[:, :2] - raw[:, 2:4] / 2, raw[:, :2] + raw[:, 2:4] / 2], axis=1), scores)
 
 
+def decode_nanodet(
+    outputs: list[NDArray[np.float32]], size: tuple[int, int], person: int = 0, least: float = 0.0
+) -> Detections:
+    """Decode NanoDet: for strides 8, 16 and 32 class scores (1, N, classes), then distances (1, N, 4 bins).
+
+    How far each side of a box lies from its cell's middle is the mean of a distribution over whole strides (Li et al.
+    2020, Generalized Focal Loss).
+    """
+    cells, strides = _grid(size, _NANODET_STRIDES)
+    classes = np.concatenate([part[0] for part in outputs[: len(_NANODET_STRIDES)]])
+    sides = np.concatenate([part[0] for part in outputs[len(_NANODET_STRIDES) :]])
+    if not len(cells) == len(classes) == len(sides) or sides.shape[1] % 4 or classes.shape[1] <= person:
+        shapes = ", ".join(str(part.shape) for part in outputs)
+        raise ModelError(f"the detector answers {shapes}, which is no NanoDet head for {size[0]} x {size[1]}")
+    rows = np.flatnonzero(classes[:, person] >= least)
+    logits = sides[rows].reshape(len(rows), 4, sides.shape[1] // 4).astype(float)
+    chances = np.exp(logits - logits.max(axis=-1, initial=-np.inf, keepdims=True))
+    bins = np.arange(logits.shape[-1])
+    distances = (chances @ bins) / chances.sum(axis=-1) * strides[rows]
+    middles = (cells[rows] + 0.5) * strides[rows]
+    boxes = np.concatenate([middles - distances[:, :2], middles + distances[:, 2:]], axis=1)
+    return Detections(boxes, classes[rows, person].astype(float))
+
+
 def suppressed(found: Detections, most_overlap: float) -> Detections:
     """Return the best-scoring boxes, none overlapping a better one by more than `most_overlap`; best first."""
     order, kept = np.argsort(-found.scores, kind="stable"), []
@@ -142,4 +167,9 @@ def uncut(found: Detections, region: tuple[int, int, int, int], photo_size: tupl
     return found[keep]
 
 
-DECODERS = {"yolox": decode_yolox, "boxes": decode_boxes, "ultralytics": decode_ultralytics}
+DECODERS = {
+    "yolox": decode_yolox,
+    "boxes": decode_boxes,
+    "ultralytics": decode_ultralytics,
+    "nanodet": decode_nanodet,
+}

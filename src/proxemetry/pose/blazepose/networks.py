@@ -2,23 +2,16 @@
 
 from __future__ import annotations
 
-import os
-import sys
-import threading
-from collections.abc import Generator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ...errors import ModelError
+from ..litert import interpreter
 from .pruning import without_output
 
 Float32Array = NDArray[np.float32]
-
-_LOADING = threading.Lock()
 
 
 class Network:
@@ -26,16 +19,9 @@ class Network:
 
     def __init__(self, path: Path, threads: int, without: int | None = None) -> None:
         """Load a network, `without` the output of that many elements where one is named."""
-        from ai_edge_litert.interpreter import Interpreter  # type: ignore[import-untyped]
-
-        try:
-            with _LOADING, _without_banner():
-                content = path.read_bytes()
-                kept = content if without is None else without_output(content, without)
-                self._interpreter: Any = Interpreter(model_content=kept, num_threads=threads)
-                self._interpreter.allocate_tensors()
-        except (ValueError, RuntimeError) as error:
-            raise ModelError(f"{path}: LiteRT cannot load it ({error})") from error
+        content = path.read_bytes()
+        kept = content if without is None else without_output(content, without)
+        self._interpreter: Any = interpreter(kept, threads, str(path))
         details = self._interpreter.get_input_details()[0]
         self._input = details["index"]
         self.side = int(details["shape"][1])
@@ -47,22 +33,3 @@ class Network:
         self._interpreter.invoke()
         outputs = [self._interpreter.get_tensor(index) for index in self._outputs]
         return {output.size: output for output in outputs}
-
-
-@contextmanager
-def _without_banner() -> Generator[None, None, None]:
-    """Keep the line that the runtime's C++ writes on loading out of the user's terminal."""
-    try:
-        sys.stderr.flush()
-        kept = os.dup(2)
-    except (OSError, ValueError, AttributeError):  # no standard error to protect
-        yield
-        return
-    silent = os.open(os.devnull, os.O_WRONLY)
-    try:
-        os.dup2(silent, 2)
-        yield
-    finally:
-        os.dup2(kept, 2)
-        os.close(kept)
-        os.close(silent)

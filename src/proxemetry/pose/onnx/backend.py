@@ -106,7 +106,7 @@ class OnnxBackend:
 
         def cut(box: FloatArray) -> tuple[Floats, Placement]:
             canvas, at = crop(pixels, person_region(box, size, pose.padding), size)
-            return normalised((canvas[:, ::-1] if flip else canvas)[None], pose), at
+            return normalised((canvas[:, ::-1] if flip else canvas)[None], pose, network), at
 
         crops = network.each([lambda box=box: cut(box) for box in found.boxes_px])
         outputs = network.run(np.concatenate([values for values, _ in crops]))

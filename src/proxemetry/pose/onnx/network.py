@@ -1,8 +1,9 @@
-"""A network file and what runs it: ONNX Runtime on the processor or a GPU, or OpenVINO."""
+"""A network file and what runs it: ONNX Runtime on the processor or a GPU, OpenVINO, or LiteRT."""
 
 from __future__ import annotations
 
 import hashlib
+import threading
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -13,6 +14,7 @@ from numpy.typing import NDArray
 
 from ...errors import ModelError, SettingsError
 from .. import DEVICES
+from ..litert import interpreter
 
 Floats = NDArray[np.float32]
 Run = Callable[[Floats], list[Floats]]
@@ -25,9 +27,10 @@ _OWN_MESSAGES_ONLY = 3  # ONNX Runtime's log level for errors
 class Network:
     """One network with one image input; thread-safe.
 
-    path: the .onnx file. device: one of `DEVICES`. threads: how many inputs run side by side, each on one thread; a
-    GPU takes whole batches instead. `provider` says what really runs it. Raises ModelError where the file cannot be
-    loaded or the device was asked for and cannot be had: there is no falling back in silence.
+    path: the .onnx file, or a .tflite file, which LiteRT runs on the processor. device: one of `DEVICES`. threads: how
+    many inputs run side by side, each on one thread; a GPU takes whole batches instead. `provider` says what really
+    runs it, `channels_last` whether an input has shape (B, H, W, 3) instead of (B, 3, H, W). Raises ModelError where
+    the file cannot be loaded or the device was asked for and cannot be had: there is no falling back in silence.
     """
 
     def __init__(self, path: str | Path, *, device: str = "cpu", threads: int = 2) -> None:
@@ -37,17 +40,21 @@ class Network:
         if not self.path.is_file():
             raise ModelError(f"{self.path}: no such network file; `proxemetry models list` says which there are")
         self.sha256 = hashlib.sha256(self.path.read_bytes()).hexdigest()
-        loader = _load_openvino if device == "openvino" else _load_onnx_runtime
+        self.channels_last = self.path.suffix == ".tflite"
+        of_onnx = _load_openvino if device == "openvino" else _load_onnx_runtime
+        loader = _load_litert if self.channels_last else of_onnx
         self._run, shape, self.provider = loader(self.path, device)
         if len(shape) != 4:
             raise ModelError(f"{self.path.name}: the input has shape {shape}, not (batch, 3, height, width)")
+        if self.channels_last:
+            shape = [shape[0], shape[3], shape[1], shape[2]]
         self._fixed_batch = shape[0] if isinstance(shape[0], int) and shape[0] > 0 else None
         self.input_size = _input_size(shape)
         self._takes_batches = device == "gpu" and self._fixed_batch is None
         self._pool = ThreadPoolExecutor(threads, "network") if threads > 1 and device != "gpu" else None
 
     def run(self, inputs: Floats) -> list[Floats]:
-        """Return the outputs for B inputs of shape (B, 3, H, W), each with B rows.
+        """Return the outputs for B inputs of shape (B, 3, H, W), or (B, H, W, 3), each with B rows.
 
         A GPU gets them all at once; a processor one at a time, or so does a network that is made for one. Batches are
         no faster there: a larger one leaves the processor's cache between two layers (PP-TinyPose takes 22 % longer a
@@ -64,7 +71,7 @@ class Network:
         return list(self._pool.map(lambda task: task(), tasks)) if self._pool else [task() for task in tasks]
 
     def run_one(self, image: Floats) -> list[Floats]:
-        """Return the outputs for one input of shape (1, 3, H, W), on the calling thread."""
+        """Return the outputs for one input, a batch of one, on the calling thread."""
         return self._run(image)
 
     def _batches(self, inputs: Floats) -> list[Floats]:
@@ -141,6 +148,29 @@ def _load_openvino(path: Path, device: str) -> tuple[Run, list[Any], str]:
 
     sides = compiled.input(0).get_partial_shape()
     return run, [s.get_length() if s.is_static else "free" for s in sides], "OpenVINO CPU f32"
+
+
+def _load_litert(path: Path, device: str) -> tuple[Run, list[Any], str]:
+    if device != "cpu":
+        raise ModelError(f"{path.name} runs on the processor alone, not on {device!r}: a GPU needs an ONNX file")
+    content = path.read_bytes()
+    of_thread = threading.local()  # an interpreter's buffers are its own
+
+    def loaded() -> Any:
+        if not hasattr(of_thread, "interpreter"):
+            of_thread.interpreter = interpreter(content, 1, str(path))
+        return of_thread.interpreter
+
+    given = loaded().get_input_details()[0]
+    outputs = [detail["index"] for detail in loaded().get_output_details()]
+
+    def run(inputs: Floats) -> list[Floats]:
+        network = loaded()
+        network.set_tensor(given["index"], inputs.astype(given["dtype"], copy=False))
+        network.invoke()
+        return [network.get_tensor(index) for index in outputs]
+
+    return run, [int(side) for side in given["shape"]], "LiteRT CPU"
 
 
 def _first_line(error: Exception) -> str:

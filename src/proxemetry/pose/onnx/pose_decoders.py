@@ -123,4 +123,17 @@ def _refined_tops(vectors: NDArray[np.float32], reach: int = 3) -> tuple[FloatAr
     return np.where(inside, middle + step, peak), vectors.max(axis=2).astype(float)
 
 
-HEADS = {"heatmap-msra": decode_heatmaps_msra, "heatmap-udp": decode_heatmaps_udp, "simcc": decode_simcc}
+def decode_movenet(outputs: Outputs, size: tuple[int, int]) -> tuple[FloatArray, FloatArray]:
+    """Decode single-pose MoveNet, which answers points: (B, 1, K, 3), y, x and score, fractions of the input."""
+    if outputs[0].ndim != 4 or outputs[0].shape[1] != 1 or outputs[0].shape[3] != 3:
+        raise ModelError(f"the pose network answers {outputs[0].shape}: expected points (B, 1, K, 3)")
+    values = outputs[0][:, 0].astype(float)
+    return values[..., [1, 0]] * size, values[..., 2].clip(0.0, 1.0)
+
+
+HEADS = {
+    "heatmap-msra": decode_heatmaps_msra,
+    "heatmap-udp": decode_heatmaps_udp,
+    "simcc": decode_simcc,
+    "movenet": decode_movenet,
+}

@@ -105,7 +105,7 @@ class Specification:
         if beside.is_file():
             return beside
         try:
-            return weights.verify(file).path
+            return weights.obtain(file).path
         except SettingsError as error:
             raise ModelError(
                 f"{self.name}: {file} is neither beside the specification nor in the model table"

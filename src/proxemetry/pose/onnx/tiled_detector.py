@@ -57,7 +57,7 @@ class PhotoNetwork:
         spec = self.specification
         canvas, at = letterbox(pixels, region, self.size, fill=spec.fill, centred=spec.centred)
         found: Detections = self._decode(
-            self.network.run_one(normalised(canvas[None], spec)), self.size, spec.person, least
+            self.network.run_one(normalised(canvas[None], spec, self.network)), self.size, spec.person, least
         )
         placed = Detections(
             at.boxes_to_photo(found.boxes_px), found.scores, at.to_photo(found.keypoints_px), found.keypoint_scores
@@ -75,12 +75,12 @@ def input_size(part: Input, network: Network) -> tuple[int, int]:
     return fixed or (int(part.size[0]), int(part.size[1]))
 
 
-def normalised(canvases: RGBArray, part: Input) -> Floats:
-    """Return RGB images (B, H, W, 3) as a network's input (B, 3, H, W)."""
+def normalised(canvases: RGBArray, part: Input, network: Network) -> Floats:
+    """Return RGB images (B, H, W, 3) as a network's input, (B, 3, H, W) where its channels do not come last."""
     ordered = canvases[..., ::-1] if part.colours == "bgr" else canvases
-    values = np.ascontiguousarray(ordered.transpose(0, 3, 1, 2), np.float32)
+    values = np.ascontiguousarray(ordered, np.float32)
     if part.mean != (0.0, 0.0, 0.0):
-        values -= np.array(part.mean, np.float32).reshape(3, 1, 1)
+        values -= np.array(part.mean, np.float32)
     if part.std != (1.0, 1.0, 1.0):
-        values /= np.array(part.std, np.float32).reshape(3, 1, 1)
-    return values
+        values /= np.array(part.std, np.float32)
+    return values if network.channels_last else np.ascontiguousarray(values.transpose(0, 3, 1, 2))

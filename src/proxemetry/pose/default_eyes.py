@@ -1,0 +1,92 @@
+"""Which back end `auto` is: the best whose networks could be had when they were fetched, written down and kept to.
+
+What else comes to lie in a cache changes nothing: the choice is made once, by `proxemetry models fetch` or at first
+use, and stands in a file beside the networks until `models fetch` makes it anew.
+"""
+
+from __future__ import annotations
+
+import json
+import logging
+from collections.abc import Callable
+from pathlib import Path
+
+from .. import weights
+from ..errors import ModelError, SettingsError
+from . import BACKENDS, is_available
+
+_LOG = logging.getLogger("proxemetry")
+_RECORD = "default-eyes.json"
+
+#: Best first: measured on photos with known distances (docs/backends.md).
+EYES = ("yolox-tinypose", "nanodet-movenet", "blazepose")
+
+Say = Callable[[str], None]
+
+
+def recorded() -> str | None:
+    """Return the back end that was chosen on this machine, None where none was.
+
+    Raises SettingsError where the record is damaged or names a back end that does not exist.
+    """
+    for folder in weights.cache_folders():
+        path = folder / _RECORD
+        if path.is_file():
+            return _read(path)
+    return None
+
+
+def _read(path: Path) -> str:
+    try:
+        name = json.loads(path.read_text(encoding="utf-8"))["pose"]
+    except (ValueError, KeyError, TypeError) as error:
+        raise SettingsError(f"{path}: damaged; delete it and run `proxemetry models fetch`") from error
+    if name not in BACKENDS:
+        raise SettingsError(f"{path}: names the back end {name!r}, which is unknown; run `proxemetry models fetch`")
+    return name
+
+
+def chosen(*, offline: bool = False, say: Say | None = None) -> str:
+    """Return the back end that `auto` is; where none was chosen before, choose, fetch and write it down."""
+    return recorded() or choose(offline=offline, say=say)
+
+
+def choose(*, offline: bool = False, say: Say | None = None, progress: weights.Progress | None = None) -> str:
+    """Choose the best back end whose networks are here or can be fetched, write it down, and return its name.
+
+    say: takes a line for each download, for each back end that cannot be had, and for the choice; without it they go to
+    the `proxemetry` logger as warnings. Raises ModelError where none can be had.
+    """
+    say = say or _LOG.warning
+    why_not: list[str] = []
+    for name in EYES:
+        try:
+            _have(name, offline=offline or weights.is_offline(), say=say, progress=progress)
+        except ModelError as error:
+            why_not.append(f"{name} cannot be had ({error})")
+            continue
+        for line in why_not:
+            say(line)
+        rank = "the best of all" if name == EYES[0] else f"the next best after {' and '.join(EYES[: EYES.index(name)])}"
+        say(f"people will be found by {name}, {rank}; another: `--pose NAME`")
+        _write_down(name)
+        return name
+    raise ModelError("; ".join(why_not))
+
+
+def _have(name: str, *, offline: bool, say: Say, progress: weights.Progress | None) -> None:
+    if is_available(name):
+        return
+    weights.fetch(BACKENDS[name].models, offline=offline, say=say, progress=progress)
+    for wanted in BACKENDS[name].wants:
+        weights.if_to_be_had(wanted, offline=offline, say=say)
+
+
+def _write_down(name: str) -> None:
+    try:
+        folder = weights.writable_folder()
+        temporary = folder / f".{_RECORD}.new"
+        temporary.write_text(json.dumps({"pose": name}) + "\n", encoding="utf-8")
+        temporary.replace(folder / _RECORD)
+    except (ModelError, OSError) as error:
+        _LOG.warning("the choice of %s could not be written down (%s): it is made anew next time", name, error)

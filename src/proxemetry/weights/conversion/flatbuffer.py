@@ -1,0 +1,125 @@
+"""Writing FlatBuffers: tables, vectors and numbers as bytes, the same bytes wherever and whenever it runs.
+
+The encoding is that of https://flatbuffers.dev/internals. A library's writer may lay out the same content otherwise in
+its next version; a converted network is pinned by its hash, so the layout is written here: every table directly after
+its own list of offsets, then what it points to, in the order of the fields.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+
+@dataclass(frozen=True)
+class Number:
+    """One scalar: its value and its struct format (b, B, i, I, f)."""
+
+    value: float
+    format: str = "i"
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table: field number -> what it holds. A field that is left out has its default."""
+
+    fields: Mapping[int, Value] = field(default_factory=dict[int, "Value"])
+
+
+@dataclass(frozen=True)
+class Bytes:
+    """A vector of bytes whose first lies at a multiple of `alignment`."""
+
+    content: bytes
+    alignment: int = 4
+
+
+@dataclass(frozen=True)
+class Ints:
+    """A vector of 32-bit integers."""
+
+    values: Sequence[int]
+
+
+@dataclass(frozen=True)
+class Tables:
+    """A vector of tables."""
+
+    values: Sequence[Table]
+
+
+Value = Number | Table | Bytes | Ints | Tables
+
+
+def written(root: Table, identifier: bytes) -> bytes:
+    """Return a FlatBuffer with this root table and file identifier of four bytes."""
+    writer = _Writer()
+    writer.content += b"\0\0\0\0" + identifier
+    writer.point(0, writer.table(root))
+    return bytes(writer.content)
+
+
+class _Writer:
+    def __init__(self) -> None:
+        self.content = bytearray()
+
+    def align(self, size: int, ahead: int = 0) -> None:
+        """Add zeros until what follows after `ahead` more bytes lies at a multiple of `size`."""
+        self.content += b"\0" * (-(len(self.content) + ahead) % size)
+
+    def point(self, at: int, target: int) -> None:
+        struct.pack_into("<I", self.content, at, target - at)
+
+    def value(self, value: Value) -> int:
+        """Append what a field points to, and return where it begins."""
+        match value:
+            case Table():
+                return self.table(value)
+            case Bytes():
+                return self.bytes(value)
+            case Ints():
+                return self.bytes(Bytes(struct.pack(f"<{len(value.values)}i", *value.values)), len(value.values))
+            case Tables():
+                return self.tables(value.values)
+            case Number():
+                raise TypeError("a number lies in its table")
+
+    def table(self, table: Table) -> int:
+        offsets, size = _layout(table)
+        self.align(4, ahead=4 + 2 * len(offsets))
+        self.content += struct.pack(f"<{2 + len(offsets)}H", 4 + 2 * len(offsets), size, *offsets)
+        begin = len(self.content)
+        self.content += struct.pack("<i", 4 + 2 * len(offsets)) + bytes(size - 4)
+        for number, value in sorted(table.fields.items()):
+            at = begin + offsets[number]
+            if isinstance(value, Number):
+                struct.pack_into(f"<{value.format}", self.content, at, value.value)
+            else:
+                self.point(at, self.value(value))
+        return begin
+
+    def bytes(self, value: Bytes, count: int | None = None) -> int:
+        self.align(max(value.alignment, 4), ahead=4)
+        begin = len(self.content)
+        self.content += struct.pack("<I", len(value.content) if count is None else count) + value.content
+        return begin
+
+    def tables(self, values: Sequence[Table]) -> int:
+        self.align(4)
+        begin = len(self.content)
+        self.content += struct.pack("<I", len(values)) + bytes(4 * len(values))
+        for place, table in enumerate(values):
+            self.point(begin + 4 + 4 * place, self.table(table))
+        return begin
+
+
+def _layout(table: Table) -> tuple[list[int], int]:
+    """Return each field's offset in the table, 0 for those left out, and the table's size in bytes."""
+    offsets, size = [0] * (max(table.fields, default=-1) + 1), 4
+    for number, value in sorted(table.fields.items()):
+        width = struct.calcsize(value.format) if isinstance(value, Number) else 4
+        size += -size % width
+        offsets[number] = size
+        size += width
+    return offsets, size + -size % 4
