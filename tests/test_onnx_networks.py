@@ -234,7 +234,7 @@ def test_a_damaged_network_is_one_line(tmp_path: Path) -> None:
 def test_the_ready_specifications_are_sound(name: str) -> None:
     spec = read_specification(name)
     assert spec.name == name
-    assert spec.pose is None or spec.pose.size[0] < spec.pose.size[1]
+    assert spec.pose is None or spec.pose.size[0] <= spec.pose.size[1]
     for part in (spec.detector, spec.pose):
         if part is not None and part.mean != (0.0, 0.0, 0.0):  # ImageNet's, in the order of the network's channels
             in_rgb = slice(None) if part.colours == "rgb" else slice(None, None, -1)
