@@ -24,6 +24,7 @@ LAYERS = (
     ("bodies",),
     ("locate",),
     ("distances",),
+    ("proxemics",),
     ("scene",),
     ("tables",),
     ("measure",),

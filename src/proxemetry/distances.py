@@ -143,7 +143,7 @@ def measure_distances(bodies: Bodies) -> Distances:
         flat, straight = np.linalg.norm(gap @ plane.T, axis=-1), np.linalg.norm(gap, axis=-1)
         distance[i, j] = _least_error(lengths, shares) if bodies.method in LEAST_ERROR_METHODS else flat
         spatial[i, j] = np.sqrt(distance[i, j] ** 2 + np.maximum(straight**2 - flat**2, 0.0))
-        shortest, longest = _shortest_intervals(lengths, shares)
+        shortest, longest = shortest_intervals(lengths, shares)
         # Where a distance is all noise, that between the positions is shorter than nine in ten: no answer lies outside.
         low[i, j], high[i, j] = np.minimum(shortest, distance[i, j]), np.maximum(longest, distance[i, j])
         edges = np.searchsorted(ZONE_LIMITS_M, lengths, side="right")
@@ -160,7 +160,7 @@ def planar_lengths(gap_m: FloatArray, covariance_m2: FloatArray) -> tuple[FloatA
     gap_m: shape (n, 2). covariance_m2: shape (n, 2, 2). Both results: shape (n, draws). The points are the fixed ones
     that every photo's distances come from.
     """
-    points = _standard_normal(2)
+    points = standard_normal(2)
     lengths = np.sort(np.linalg.norm(gap_m[:, None, :] + _drawn(points, covariance_m2), axis=-1), axis=1)
     return lengths, np.full(lengths.shape, 1 / len(points))
 
@@ -168,12 +168,12 @@ def planar_lengths(gap_m: FloatArray, covariance_m2: FloatArray) -> tuple[FloatA
 def least_error_and_interval(lengths: FloatArray, shares: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return the answer of least expected relative error and the shortest 90 % interval of rows of `planar_lengths`."""
     answer = _least_error(lengths, shares)
-    low, high = _shortest_intervals(lengths, shares)
+    low, high = shortest_intervals(lengths, shares)
     return answer, low, high
 
 
 @functools.cache
-def _standard_normal(dimension: int) -> FloatArray:
+def standard_normal(dimension: int) -> FloatArray:
     """Return fixed standard normal points of shape (_DRAWS, dimension), spread evenly, with exactly unit covariance.
 
     They are symmetric in every axis, so that neither the order of two people nor a mirrored photo changes a quantile.
@@ -213,7 +213,7 @@ def _draw_lengths(
     explanations = [(m.weight, m.positions_m, m.covariance_m2) for m in modes] or [
         (1.0, bodies.positions_m, bodies.covariance_m2)
     ]
-    points = _standard_normal(len(plane))
+    points = standard_normal(len(plane))
     lengths, weights = [], []
     for weight, positions, covariance in explanations:
         gap = (positions[a] - positions[b]) @ plane.T
@@ -244,7 +244,7 @@ def _least_error(lengths: FloatArray, shares: FloatArray) -> FloatArray:
     return np.array(answers, dtype=float)
 
 
-def _shortest_intervals(lengths: FloatArray, shares: FloatArray) -> tuple[FloatArray, FloatArray]:
+def shortest_intervals(lengths: FloatArray, shares: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the shortest interval that holds `LEVEL` of each row of `lengths` (n, draws), in order, with weights."""
     below = np.cumsum(shares, axis=1) - shares  # of the weight before each draw
     upper = np.array(
@@ -266,7 +266,7 @@ def _group_probability(bodies: Bodies) -> FloatArray:
     frame = ground_frame(bodies.up)[:2]
     ground = bodies.positions_m @ frame.T
     a, b = (known[k] for k in np.triu_indices(len(known), 1))
-    points = _standard_normal(4)
+    points = standard_normal(4)
     points = np.concatenate([points, points[:, [0, 1, 3, 2]]])  # neither of a pair comes first
     # a place on the ground as one complex number, right + i forward
     place = _complex(ground)

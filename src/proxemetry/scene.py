@@ -21,6 +21,7 @@ from .distances import Distances, measure_distances
 from .errors import OutputError, ProxemetryError
 from .people import People
 from .people.skeleton import COCO_17, SKELETONS, Skeleton, skeleton_named
+from .proxemics import Proxemics, measure_proxemics
 
 #: Name and version of the JSON form; the version changes when the meaning of a field does.
 SCHEMA = "proxemetry.scene/2"
@@ -85,6 +86,11 @@ class Scene:
     def distances(self) -> Distances:
         """Every pair's distance with intervals and zones."""
         return measure_distances(self.bodies)
+
+    @cached_property
+    def proxemics(self) -> Proxemics:
+        """Nearest others, viewing angles, shot sizes and how people are turned to one another."""
+        return measure_proxemics(self.people, self.bodies, self.distances, self.camera.camera, self.height_px)
 
     @property
     def distances_m(self) -> FloatArray:

@@ -13,7 +13,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from .distances import ZONES
+from .intervals import LEVEL
 from .people.skeleton import PARTS
+from .proxemics import ORIENTATIONS, SHOTS, phase_of
 from .scene import Scene
 
 Value = str | int | float | bool | None
@@ -137,6 +139,18 @@ def _part(part: str, axis: int) -> Callable[[Scene, int], Value]:
     return lambda s, i: float(s.people.part(part)[i, axis])
 
 
+def _proxemics(name: str) -> Callable[[Scene, int], Value]:
+    return lambda s, i: float(getattr(s.proxemics, name)[i])
+
+
+def _nearest_person(scene: Scene, i: int) -> Value:
+    nearest = int(scene.proxemics.nearest[i])
+    return nearest if nearest >= 0 else None
+
+
+#: The level of every interval, as the columns' meanings name it.
+_LEVEL = f"{LEVEL:.0%}".replace("%", " %")
+
 _AXES = ("to the right", "down", "along the optical axis, the depth of the torso's middle")
 
 _PEOPLE = (
@@ -184,7 +198,45 @@ _PEOPLE = (
         "standard deviation of heading_deg",
         lambda s, i: float(s.bodies.heading_sd_rad[i]) * _DEGREES,
     ),
-)
+    Column("nearest_person", "INTEGER", "", "number of the nearest other person with a distance", _nearest_person),
+    Column("nearest_m", "DOUBLE", "m", "distance to the nearest other person", _proxemics("nearest_m")),
+    Column("nearest_low_m", "DOUBLE", "m", f"lower end of its {_LEVEL} interval", _proxemics("nearest_low_m")),
+    Column("nearest_high_m", "DOUBLE", "m", f"upper end of its {_LEVEL} interval", _proxemics("nearest_high_m")),
+    Column(
+        "camera_distance_m", "DOUBLE", "m", "from the camera to the body's middle, in space",
+        _proxemics("camera_distance_m"),
+    ),
+    Column("camera_low_m", "DOUBLE", "m", f"lower end of its {_LEVEL} interval", _proxemics("camera_low_m")),
+    Column("camera_high_m", "DOUBLE", "m", f"upper end of its {_LEVEL} interval", _proxemics("camera_high_m")),
+    Column(
+        "shot_size", "VARCHAR", "",
+        f"how much of the body the picture shows and how large: {', '.join(SHOTS)}",
+        lambda s, i: s.proxemics.shots[i],
+    ),
+    Column(
+        "view_horizontal_deg", "DOUBLE", "deg",
+        "between where the body faces and the camera: 0 frontal, 90 in profile, 180 from behind",
+        _proxemics("horizontal_deg"),
+    ),
+    Column(
+        "view_horizontal_sd_deg", "DOUBLE", "deg", "standard deviation of view_horizontal_deg",
+        _proxemics("horizontal_sd_deg"),
+    ),
+    Column(
+        "view_vertical_deg", "DOUBLE", "deg",
+        "how far the camera looks down on the head; negative: it looks up at it",
+        _proxemics("vertical_deg"),
+    ),
+    Column(
+        "group_id", "INTEGER", "",
+        "number of the conversational group (F-formation) in the photo, from 0; empty: in none",
+        lambda s, i: int(s.proxemics.group[i]) if s.proxemics.group[i] >= 0 else None,
+    ),
+    Column(
+        "group_size", "INTEGER", "", "people in that group; 1: in none; empty: not placed",
+        lambda s, i: int(s.proxemics.group_size[i]) if s.bodies.placed[i] else None,
+    ),
+)  # fmt: skip
 assert {p.lower() for p in PARTS} == {"eyes", "head", "shoulder", "torso"}
 
 
@@ -194,6 +246,14 @@ def _pair(matrix: str) -> Callable[[Scene, int, int], Value]:
 
 def _zone_probability(k: int) -> Callable[[Scene, int, int], Value]:
     return lambda s, a, b: float(s.distances.zone_probability[a, b, k])
+
+
+def _phase(scene: Scene, a: int, b: int) -> Value:
+    return phase_of(scene.distances.zone(a, b), float(scene.distances.distance_m[a, b]))
+
+
+def _orientation_probability(k: int) -> Callable[[Scene, int, int], Value]:
+    return lambda s, a, b: float(s.proxemics.orientation_probability[a, b, k])
 
 
 def _pair_reason(scene: Scene, a: int, b: int) -> Value:
@@ -243,7 +303,21 @@ _PAIRS = (
     Column(
         "p_group", "DOUBLE", "", "probability that the two face each other (F-formation)", _pair("group_probability")
     ),
-)
+    Column("phase", "VARCHAR", "", "Hall's phase within the zone: close or far", _phase),
+    Column(
+        "orientation", "VARCHAR", "",
+        f"how the two are turned to one another: {', '.join(ORIENTATIONS)}; uncertain where none is likelier than not; "
+        "empty beyond 3.66 m or where a heading is unknown",
+        lambda s, a, b: s.proxemics.orientation(a, b),
+    ),
+    *(
+        Column(
+            f"p_{name.replace(' ', '_')}", "DOUBLE", "", f"probability of the orientation {name}",
+            _orientation_probability(k),
+        )
+        for k, name in enumerate(ORIENTATIONS)
+    ),
+)  # fmt: skip
 
 #: `corrections.csv`, the log of a review as it is exported.
 CORRECTIONS = (

@@ -1,0 +1,179 @@
+"""Nearest others, viewing angles, shot sizes, orientations and groups: closed forms and laws."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from proxemetry.bodies import Bodies, Mode
+from proxemetry.camera import Camera
+from proxemetry.distances import measure_distances
+from proxemetry.people import People
+from proxemetry.people.skeleton import COCO_17
+from proxemetry.proxemics import ORIENTATIONS, Proxemics, measure_proxemics, phase_of
+
+CAMERA = Camera.centred(1000, 1600, 1200, focal_rel_sd=0.0, source="test")
+LEVEL = np.array([0.0, -1.0, 0.0])
+
+
+def bodies_at(places, headings_deg=None, *, sd_m=0.01, heading_sd_deg=1.0, up=LEVEL, stature_m=1.7, modes=()):
+    count = len(places)
+    return Bodies(
+        np.array(places, dtype=float), np.eye(3 * count) * sd_m**2, "scene", ("torso",) * count, (None,) * count, up,
+        np.radians(headings_deg if headings_deg is not None else [0.0] * count),
+        np.full(count, math.radians(heading_sd_deg)),
+        np.full(count, stature_m), np.full(count, 0.05), modes=modes,
+    )  # fmt: skip
+
+
+def people_seen(bodies, camera=CAMERA):
+    """Return people whose head and torso lie where upright bodies of 1.7 m have them."""
+    keypoints = np.full((len(bodies), 17, 2), np.nan)
+    parts = {"nose": -0.62, "left_shoulder": -0.25, "right_shoulder": -0.25, "left_hip": 0.24, "right_hip": 0.24}
+    for i, (x, y, z) in enumerate(bodies.positions_m):
+        for name, below in parts.items():
+            keypoints[i, COCO_17.joints.index(name)] = (
+                camera.cx + camera.fx * x / z, camera.cy + camera.fy * (y + below) / z,
+            )  # fmt: skip
+    return People(COCO_17, keypoints, np.where(np.isnan(keypoints[..., 0]), 0.0, 0.9))
+
+
+def measured(bodies, camera=CAMERA) -> Proxemics:
+    return measure_proxemics(people_seen(bodies), bodies, measure_distances(bodies), camera, 1200)
+
+
+def test_the_nearest_other_on_a_three_four_five_triangle():
+    found = measured(bodies_at([(0, 0, 5), (3, 0, 5), (3, 0, 9)], sd_m=1e-4))
+    assert found.nearest.tolist() == [1, 0, 1]
+    assert found.nearest_m == pytest.approx([3, 3, 4], abs=1e-3)
+    assert (found.nearest_low_m <= found.nearest_m).all() and (found.nearest_m <= found.nearest_high_m).all()
+
+
+def test_one_person_has_no_nearest_other():
+    found = measured(bodies_at([(0, 0, 5)]))
+    assert found.nearest.tolist() == [-1] and math.isnan(found.nearest_m[0])
+    assert found.group.tolist() == [-1] and found.group_size.tolist() == [1]
+
+
+def test_nobody_is_a_valid_answer():
+    found = measured(Bodies.unplaced(0, "scene", "nobody"))
+    assert found.shots == () and found.nearest.shape == (0,) and found.group_size.shape == (0,)
+
+
+def test_the_distance_from_the_camera_is_gaussian_along_the_line_of_sight():
+    found = measured(bodies_at([(3, 0, 4)], sd_m=0.2))
+    assert found.camera_distance_m[0] == pytest.approx(5)
+    assert [found.camera_low_m[0], found.camera_high_m[0]] == pytest.approx([5 - 0.329, 5 + 0.329], abs=0.01)
+
+
+def test_the_distance_from_the_camera_holds_every_explanation():
+    own = np.eye(3) * 1e-4
+    modes = (Mode(0.5, np.array([[0, 0, 4.0]]), own), Mode(0.5, np.array([[0, 0, 6.0]]), own))
+    found = measured(bodies_at([(0, 0, 4)], modes=modes))
+    assert found.camera_low_m[0] < 4.05 and found.camera_high_m[0] > 5.95
+
+
+@pytest.mark.parametrize(
+    ("place", "heading", "angle"),
+    [((0, 0, 5), 0, 0), ((0, 0, 5), 90, 90), ((0, 0, 5), 180, 180), ((5, 0, 5), -45, 0),
+     ((-5, 0, 5), 45, 0), ((5, 0, 5), 45, 90)],
+)  # fmt: skip
+def test_the_horizontal_angle_is_between_front_and_camera(place, heading, angle):
+    assert measured(bodies_at([place], [heading])).horizontal_deg[0] == pytest.approx(angle, abs=1e-6)
+
+
+def test_the_vertical_angle_is_that_of_the_ray_to_the_head():
+    low = measured(bodies_at([(0, 0.62, 1.0)]))  # the head at the height of the camera
+    assert low.vertical_deg[0] == pytest.approx(0, abs=1e-6)
+    above = measured(bodies_at([(0, 1.62, 1.0)]))  # the head one metre below it, one metre away
+    assert above.vertical_deg[0] == pytest.approx(45, abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("depth", "torso_down", "shot"),
+    [
+        (0.3, 0.7, "extreme close-up"), (0.42, 0.6, "close-up"), (1.0, 0.8, "medium close-up"),
+        (1.5, 0.7, "medium shot"), (2.2, 0.9, "medium long shot"),
+        (2.0, 0.0, "full shot"), (4.0, 0.0, "long shot"), (12.0, 0.0, "very long shot"),
+    ],
+)  # fmt: skip
+def test_shot_sizes_go_from_the_face_to_the_crowd(depth, torso_down, shot):
+    assert measured(bodies_at([(0, torso_down, depth)])).shots[0] == shot
+
+
+def test_shot_sizes_need_no_camera():
+    bodies = bodies_at([(0, 0, 4)])
+    unplaced = Bodies.unplaced(1, "scene", "no focal length")
+    found = measure_proxemics(people_seen(bodies), unplaced, measure_distances(unplaced), None, 1200)
+    assert found.shots == ("long shot",) and math.isnan(found.camera_distance_m[0])
+
+
+# One stands at 0 m and one at 1 m to the right, 5 m away; headings turn to the photo's right.
+@pytest.mark.parametrize(
+    ("headings", "turned"),
+    [((90, -90), "facing"), ((0, 0), "side by side"), ((180, 180), "side by side"), ((-90, 90), "back to back"),
+     ((90, 90), "one behind the other"), ((-90, -90), "one behind the other"), ((30, -30), "uncertain")],
+)  # fmt: skip
+def test_how_two_people_are_turned(headings, turned):
+    found = measured(bodies_at([(0, 0, 5), (1, 0, 5)], headings))
+    assert found.orientation(0, 1) == found.orientation(1, 0) == turned
+
+
+def test_an_uncertain_heading_makes_an_uncertain_orientation():
+    found = measured(bodies_at([(0, 0, 5), (1, 0, 5)], [90, -90], heading_sd_deg=70))
+    assert found.orientation(0, 1) == "uncertain"
+    assert 0.2 < found.orientation_probability[0, 1, 0] < 0.5
+    # each is within 60 degrees of the other with erf(60 / 70 / sqrt 2), wrapped once
+    within = sum(
+        0.5 * (math.erf((60 + 360 * k) / 70 / math.sqrt(2)) - math.erf((-60 + 360 * k) / 70 / math.sqrt(2)))
+        for k in (-1, 0, 1)
+    )
+    assert found.orientation_probability[0, 1, 0] == pytest.approx(within**2, abs=0.02)
+
+
+def test_people_far_apart_have_no_orientation():
+    assert measured(bodies_at([(0, 0, 5), (4, 0, 5)], [90, -90])).orientation(0, 1) is None
+
+
+@given(
+    st.lists(st.tuples(st.floats(-3, 3), st.floats(3, 8), st.floats(-180, 180)), min_size=2, max_size=5),
+    st.randoms(use_true_random=False),
+)
+def test_who_comes_first_and_which_side_does_not_matter(drawn, chance):
+    places = [(x, 0.0, z) for x, z, _ in drawn]
+    headings = [h for *_, h in drawn]
+    found = measured(bodies_at(places, headings, heading_sd_deg=20))
+    order = list(range(len(places)))
+    chance.shuffle(order)
+    shuffled = measured(bodies_at([places[i] for i in order], [headings[i] for i in order], heading_sd_deg=20))
+    assert shuffled.nearest_m == pytest.approx(found.nearest_m[order], nan_ok=True)
+    expected = found.orientation_probability[np.ix_(order, order)]
+    assert shuffled.orientation_probability == pytest.approx(expected, abs=0.004, nan_ok=True)  # a draw at an edge
+    assert shuffled.group_size.tolist() == found.group_size[order].tolist()
+    mirrored = measured(bodies_at([(-x, y, z) for x, y, z in places], [-h for h in headings], heading_sd_deg=20))
+    assert mirrored.horizontal_deg == pytest.approx(found.horizontal_deg, abs=1e-6)
+    assert mirrored.orientation_probability == pytest.approx(found.orientation_probability, abs=0.02, nan_ok=True)
+    total = np.nansum(found.orientation_probability, axis=-1)
+    assert ((total >= 0) & (total <= 1 + 1e-9)).all()
+    assert len(ORIENTATIONS) == found.orientation_probability.shape[-1]
+
+
+def test_people_who_face_each_other_are_one_group_and_chains_join():
+    close = bodies_at(
+        [(0, 0, 5), (0.9, 0, 5), (6, 0, 5), (6.9, 0, 5), (-6, 0, 5)], [90, -90, 90, -90, 0], heading_sd_deg=3
+    )
+    found = measured(close)
+    assert found.group.tolist() == [0, 0, 1, 1, -1]
+    assert found.group_size.tolist() == [2, 2, 2, 2, 1]
+
+
+@pytest.mark.parametrize(
+    ("zone", "metres", "phase"),
+    [("intimate", 0.1, "close"), ("intimate", 0.3, "far"), ("personal", 0.7, "close"), ("personal", 0.8, "far"),
+     ("social", 2.1, "close"), ("social", 2.2, "far"), ("public", 7, "close"), ("public", 8, "far"),
+     ("uncertain", 1, None), (None, math.nan, None)],
+)  # fmt: skip
+def test_halls_phases(zone, metres, phase):
+    assert phase_of(zone, metres) == phase
