@@ -240,7 +240,8 @@ def _turned(one: FloatArray, other: FloatArray, between: FloatArray) -> tuple[ND
     """Return which draws are each of `ORIENTATIONS`; one, other: angles from the line to the other person, radians."""
     away = np.pi - _TOWARDS_RAD
     alike = np.abs(between) < _PARALLEL_RAD
-    beside = (one > _PARALLEL_RAD) & (one < np.pi - _PARALLEL_RAD) & alike
+    aside = [(angle > _PARALLEL_RAD) & (angle < np.pi - _PARALLEL_RAD) for angle in (one, other)]
+    beside = aside[0] & aside[1] & alike
     return (
         (one < _TOWARDS_RAD) & (other < _TOWARDS_RAD),
         beside,
