@@ -1,0 +1,140 @@
+"""The focal length from straight segments: right angles fix it, where two directions vanish in the picture."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .gravity import TOO_FEW, TRUSTED, checked
+from .mixture import Fitted, lines_of, nothing_cost, refined
+from .model import LOG_F, N_PARAMETERS, PITCH, PRIOR, Prior
+from .search import starts
+from .trust import trust_of
+
+FloatArray = NDArray[np.float64]
+
+#: Focal lengths of the profile, in diagonals: 12 to 350 mm on the 36 x 24 mm frame. Every third is started from tables.
+_GRID: FloatArray = np.log(np.geomspace(0.28, 8.0, 20))
+_STARTED = _GRID[1::3]
+_TILTS, _REFINED, _ROUGH_STEPS = 8, 3, 4
+#: Around the likeliest, steps this fine.
+_FINE: FloatArray = np.linspace(-0.3, 0.3, 13)
+#: What alone would be expected of a photo, log diagonals: 35 mm within a factor of two, so that nearly flat evidence
+#: does not run to the ends of the grid. The photo's own prior takes its place where everything is weighed together.
+_WEAK_PRIOR = (math.log(35 / 43.267), 0.7)
+#: 90 % intervals of log f wider than this tell little more than that it is a photo.
+WIDEST = 0.6
+OPEN = "the lines leave the focal length open"
+NO_STRUCTURE = "no straight structure that tells the focal length"
+
+
+@dataclass(frozen=True)
+class FocalFromLines:
+    """The focal length as the picture's straight segments show it: median and central 90 % interval, pixels."""
+
+    focal_px: float
+    low_px: float
+    high_px: float
+
+
+@dataclass(frozen=True, eq=False)
+class FocalProfile:
+    """What segments say of every focal length: log f in diagonals, rising, and the log likelihood, both (G,).
+
+    trust: the probability that what they show is gravity's frame; the likelihood counts with that.
+    """
+
+    log_f: FloatArray
+    log_likelihood: FloatArray
+    trust: float
+
+    def at(self, log_f: FloatArray) -> FloatArray:
+        """Return the log likelihood of log focal lengths in diagonals; what is outside the profile is as its end."""
+        return np.interp(log_f, self.log_f, self.log_likelihood)
+
+    def quantiles(self, mean: float, sd: float) -> tuple[float, float, float]:
+        """Return the 5th, 50th and 95th percentile of log f, given a normal prior."""
+        dense = np.linspace(self.log_f[0], self.log_f[-1], 801)
+        log = self.at(dense) - 0.5 * ((dense - mean) / sd) ** 2
+        density = np.exp(log - log.max())
+        cumulative = np.append(0.0, np.cumsum((density[1:] + density[:-1]) / 2))
+        low, middle, high = np.interp([0.05, 0.5, 0.95], cumulative / cumulative[-1], dense)
+        return float(low), float(middle), float(high)
+
+
+def focal_from_lines(segments_px: ArrayLike, width: int, height: int) -> FocalFromLines | None:
+    """Return the focal length from straight segments (N, 4), u0 v0 u1 v1 in pixels of a photo of `width` x `height`.
+
+    None where the segments do not tell: no straight structure, one direction alone, or an interval too wide to be of
+    use. Raises ValueError for another shape.
+    """
+    found = read_focal(segments_px, width, height)
+    return None if isinstance(found, str) else found
+
+
+def read_focal(segments_px: ArrayLike, width: int, height: int) -> FocalFromLines | str:
+    """Return the focal length from straight segments as `focal_from_lines` does, or why they do not tell."""
+    profile = focal_profile(segments_px, width, height)
+    if isinstance(profile, str):
+        return profile
+    if profile.trust < TRUSTED:
+        return NO_STRUCTURE
+    low, middle, high = profile.quantiles(*_WEAK_PRIOR)
+    if high - low > WIDEST:
+        return OPEN
+    diagonal = math.hypot(width, height)
+    return FocalFromLines(*(math.exp(value) * diagonal for value in (middle, low, high)))
+
+
+def focal_profile(segments_px: ArrayLike, width: int, height: int) -> FocalProfile | str:
+    """Return what straight segments (N, 4) say of every focal length, or why they say nothing."""
+    diagonal = math.hypot(width, height)
+    ends = checked(segments_px).reshape(-1, 2, 2) - (width / 2, height / 2)
+    lines = lines_of(ends.reshape(-1, 4) / diagonal)
+    if len(lines.length) < 4:
+        return TOO_FEW
+    rows = np.concatenate([starts(lines, value, PRIOR, _TILTS, _REFINED) for value in _STARTED.tolist()])
+    nearest = np.abs(_GRID[:, None] - _STARTED).argmin(axis=1)
+    begin = _moved(rows.reshape(len(_STARTED), _REFINED, -1)[nearest], _GRID[:, None])
+    rough = refined(lines, begin.reshape(-1, N_PARAMETERS), PRIOR, LOG_F, _ROUGH_STEPS)
+    leading = rough.cost.reshape(len(_GRID), -1).argmin(axis=1) + np.arange(len(_GRID)) * _REFINED
+    coarse = refined(lines, rough.rows[leading], PRIOR, LOG_F)
+    cost, kept = _without_focal(coarse, PRIOR), coarse.rows
+    # in small steps around the likeliest: from its horizon, and from the next in the first profile
+    best = int(cost.argmin())
+    fine = _GRID[best] + _FINE
+    own, next_to = _moved(kept[[best]], fine), _moved(kept[np.abs(_GRID - fine[:, None]).argmin(axis=1)], fine)
+    finer = refined(lines, np.concatenate([own, next_to]), PRIOR, LOG_F)
+    fine_cost = _without_focal(finer, PRIOR)
+    outside = np.abs(_GRID - _GRID[best]) > _FINE[-1]
+    log_f = np.concatenate([_GRID[outside], fine])
+    lowest = np.concatenate([cost[outside], fine_cost.reshape(2, -1).min(axis=0)])
+    order = np.argsort(log_f)
+    log_f, log = log_f[order], nothing_cost(lines) - lowest[order]
+    trust = trust_of(lines, finer, _evidence(log_f, log), int(fine_cost.argmin()))
+    return FocalProfile(log_f, log, trust)
+
+
+def _moved(rows: FloatArray, log_f: FloatArray) -> FloatArray:
+    """Return hypotheses (..., 9) with other focal lengths (...): their upright lines converge as before."""
+    moved = np.broadcast_to(rows, (*np.broadcast_shapes(rows.shape[:-1], log_f.shape), rows.shape[-1])).copy()
+    moved[..., PITCH] = np.arctan(np.tan(rows[..., PITCH]) * np.exp(log_f - rows[..., LOG_F]))
+    moved[..., LOG_F] = log_f
+    return moved
+
+
+def _without_focal(fit: Fitted, prior: Prior) -> FloatArray:
+    """Return the negative log evidence (H,) of each focal length, which its own prior is no part of."""
+    return fit.marginal(LOG_F) - prior.costs(fit.rows)[:, LOG_F]
+
+
+def _evidence(log_f: FloatArray, log: FloatArray) -> float:
+    """Return the log evidence of straight structure, all focal lengths together."""
+    mean, sd = _WEAK_PRIOR
+    dense = np.linspace(log_f[0], log_f[-1], 401)
+    weighed = np.interp(dense, log_f, log) - 0.5 * ((dense - mean) / sd) ** 2
+    step = float(dense[1] - dense[0]) / (sd * math.sqrt(2 * math.pi))
+    return float(weighed.max()) + math.log(float(np.exp(weighed - weighed.max()).sum()) * step)

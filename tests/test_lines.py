@@ -1,0 +1,179 @@
+"""Gravity and focal length from straight segments."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from proxemetry.camera import Camera
+from proxemetry.camera.lines import focal_from_lines, gravity_from_lines
+from proxemetry.camera.lines.mixture import evaluate, lines_of
+from proxemetry.camera.lines.model import N_PARAMETERS, PRIOR, vanishing_points
+from synthetic.line_scenes import STRAIGHT, WITHOUT, LineScene, exact_scene, line_scene
+
+FloatArray = NDArray[np.float64]
+
+
+def corner(pitch_deg: float = 6.0, roll_deg: float = 1.0, focal_px: float = 700.0) -> LineScene:
+    """Return two walls at right angles, seen by a camera of 640 x 480."""
+    return exact_scene(pitch_deg, roll_deg, focal_px, 640, 480, azimuths_deg=(35.0, 125.0), each=25)
+
+
+def camera_of(scene: LineScene) -> Camera:
+    return Camera.centred(scene.focal_px, scene.width, scene.height)
+
+
+@settings(max_examples=8, deadline=None)
+@given(st.floats(-20, 25), st.floats(-4, 4), st.floats(500, 1500))
+def test_exact_segments_give_gravity_back(pitch_deg: float, roll_deg: float, focal_px: float) -> None:
+    scene = corner(pitch_deg, roll_deg, focal_px)
+    found = gravity_from_lines(scene.segments_px, camera_of(scene))
+    assert found is not None
+    assert found.pitch_deg == pytest.approx(pitch_deg, abs=0.15)
+    assert found.roll_deg == pytest.approx(roll_deg, abs=0.1)
+    np.testing.assert_allclose(found.down, scene.down, atol=0.004)
+    assert np.linalg.norm(found.down) == pytest.approx(1)
+
+
+@pytest.mark.parametrize("focal_px", [450.0, 700.0, 1100.0])
+def test_exact_segments_give_the_focal_length_back(focal_px: float) -> None:
+    scene = corner(focal_px=focal_px)
+    found = focal_from_lines(scene.segments_px, 640, 480)
+    assert found is not None
+    assert found.focal_px == pytest.approx(focal_px, rel=0.02)
+    assert found.low_px < focal_px < found.high_px
+
+
+def test_looking_down_converges_downwards() -> None:
+    # two posts nearer to one another at their feet: the camera looks down, by hand, at atan(f / (vanishing point's v))
+    scene = corner(pitch_deg=20.0, roll_deg=0.0)
+    upright = scene.segments_px[:25]
+    vanishing = 240 + 700 / math.tan(math.radians(20))
+    at = upright[:, 0] + (upright[:, 2] - upright[:, 0]) * (vanishing - upright[:, 1]) / (upright[:, 3] - upright[:, 1])
+    np.testing.assert_allclose(at, 320, atol=1e-6)
+
+
+def test_a_resized_picture_has_the_same_gravity_and_a_larger_focal_length() -> None:
+    scene = corner()
+    small, large = scene.segments_px, 3 * scene.segments_px
+    a, b = focal_from_lines(small, 640, 480), focal_from_lines(large, 1920, 1440)
+    assert a is not None and b is not None
+    assert (b.focal_px, b.low_px, b.high_px) == pytest.approx((3 * a.focal_px, 3 * a.low_px, 3 * a.high_px))
+    camera = camera_of(scene)
+    g, h = gravity_from_lines(small, camera), gravity_from_lines(large, camera.resized(1920, 1440))
+    assert g is not None and h is not None
+    assert (h.pitch_deg, h.roll_deg, h.pitch_sd_deg) == pytest.approx((g.pitch_deg, g.roll_deg, g.pitch_sd_deg))
+
+
+def test_neither_order_nor_ends_matter_and_mirroring_turns_the_roll() -> None:
+    scene = corner()
+    rng = np.random.default_rng(0)
+    mixed = scene.segments_px[rng.permutation(len(scene.segments_px))][:, [2, 3, 0, 1]]
+    mirrored = scene.segments_px * (-1, 1, -1, 1) + (640, 0, 640, 0)
+    turned = (640, 480, 640, 480) - scene.segments_px
+    as_is, again, flipped, upside_down = (
+        gravity_from_lines(segments, camera_of(scene)) for segments in (scene.segments_px, mixed, mirrored, turned)
+    )
+    assert as_is and again and flipped and upside_down
+    assert (again.pitch_deg, again.roll_deg) == pytest.approx((as_is.pitch_deg, as_is.roll_deg), abs=1e-3)
+    assert (flipped.pitch_deg, flipped.roll_deg) == pytest.approx((as_is.pitch_deg, -as_is.roll_deg), abs=1e-3)
+    # a picture on its head is taken as upright: what looked down looks up
+    assert (upside_down.pitch_deg, upside_down.roll_deg) == pytest.approx((-as_is.pitch_deg, as_is.roll_deg), abs=1e-3)
+
+
+def test_a_portrait_picture_is_no_other() -> None:
+    scene = exact_scene(8.0, -1.0, 700.0, 480, 640, azimuths_deg=(35.0, 125.0), each=25)
+    found = gravity_from_lines(scene.segments_px, camera_of(scene))
+    assert found is not None
+    assert (found.pitch_deg, found.roll_deg) == pytest.approx((8.0, -1.0), abs=0.2)
+
+
+def test_what_the_camera_leaves_open_is_part_of_the_doubt() -> None:
+    scene = corner(pitch_deg=15.0)
+    exact = gravity_from_lines(scene.segments_px, camera_of(scene))
+    cropped = gravity_from_lines(scene.segments_px, replace(camera_of(scene), principal_sd_px=60.0))
+    unsure = gravity_from_lines(scene.segments_px, replace(camera_of(scene), focal_rel_sd=0.2))
+    assert exact and cropped and unsure
+    assert exact.pitch_sd_deg >= 1.0  # walls out of plumb, bent lenses
+    assert cropped.pitch_sd_deg > 1.1 * exact.pitch_sd_deg
+    assert cropped.roll_sd_deg > 1.5 * exact.roll_sd_deg
+    assert unsure.pitch_sd_deg > exact.pitch_sd_deg
+
+
+def test_pixels_that_are_not_square_and_bent_lenses_are_undone() -> None:
+    scene = corner()
+    wide = Camera(1400.0, 700.0, 640.0, 240.0, 1280, 480)
+    stretched = scene.segments_px * (2, 1, 2, 1)
+    found = gravity_from_lines(stretched, wide)
+    assert found is not None
+    assert (found.pitch_deg, found.roll_deg) == pytest.approx((6.0, 1.0), abs=0.3)
+
+
+@pytest.mark.parametrize("segments", [[], np.zeros((0, 4)), np.full((9, 4), np.nan), np.ones((9, 4)), [[1, 2, 3, 4]]])
+def test_nothing_to_go_by_tells_nothing(segments: FloatArray) -> None:
+    assert gravity_from_lines(segments, Camera.centred(700, 640, 480)) is None
+    assert focal_from_lines(segments, 640, 480) is None
+
+
+def test_another_shape_is_refused() -> None:
+    with pytest.raises(ValueError, match=r"\(N, 4\)"):
+        focal_from_lines(np.zeros((3, 2, 2)), 640, 480)
+
+
+@pytest.mark.parametrize("kind", list(WITHOUT))
+def test_things_without_straight_structure_tell_nothing(kind: str) -> None:
+    rng = np.random.default_rng(7)
+    scenes = [line_scene(kind, rng) for _ in range(6)]
+    assert [focal_from_lines(s.segments_px, s.width, s.height) for s in scenes] == [None] * 6
+    wrong = [
+        g for s in scenes if (g := gravity_from_lines(s.segments_px, camera_of(s))) is not None
+        and abs(g.pitch_deg - s.pitch_deg) > 5 * g.pitch_sd_deg
+    ]  # fmt: skip
+    assert not wrong
+
+
+def test_one_wall_seen_by_a_level_camera_tells_no_focal_length() -> None:
+    scene = exact_scene(0.0, 0.0, 700.0, 640, 480, azimuths_deg=(35.0,), each=40)
+    assert focal_from_lines(scene.segments_px, 640, 480) is None
+
+
+def test_intervals_hold() -> None:
+    rng = np.random.default_rng(11)
+    held, answers = 0, 0
+    for kind in list(STRAIGHT)[:3] * 12:
+        scene = line_scene(kind, rng)
+        found = gravity_from_lines(scene.segments_px, camera_of(scene))
+        if found is not None:
+            answers += 1
+            held += abs(found.pitch_deg - scene.pitch_deg) < 1.645 * found.pitch_sd_deg
+    assert answers >= 12
+    assert held >= 0.8 * answers
+
+
+def test_derivatives_are_those_of_the_vanishing_points() -> None:
+    rows = np.random.default_rng(0).normal(0, 0.3, (3, N_PARAMETERS))
+    _, slope = vanishing_points(rows)
+    for k in range(N_PARAMETERS):
+        step = 1e-6 * np.eye(N_PARAMETERS)[k]
+        difference = (vanishing_points(rows + step)[0] - vanishing_points(rows - step)[0]) / 2e-6
+        np.testing.assert_allclose(slope[..., k], difference, atol=1e-8)
+
+
+def test_the_cost_goes_down_its_slope() -> None:
+    scene = corner()
+    lines = lines_of((scene.segments_px - (320, 240, 320, 240)) / 800)
+    rows = np.zeros((1, N_PARAMETERS))
+    rows[0, :4] = np.radians(6.3), np.radians(1.2), math.log(0.9), np.radians(36)
+    shares = np.full((1, 6), 1 / 6)
+    _, slope, _ = evaluate(lines, rows, shares, PRIOR)
+    for k in range(N_PARAMETERS):
+        # the segments' distances from a vanishing point are taken as fixed: a few percent for those far from it
+        step = 1e-6 * np.eye(N_PARAMETERS)[k]
+        up, down = (evaluate(lines, rows + s, shares, PRIOR)[0].cost for s in (step, -step))
+        assert float(slope[0, k]) == pytest.approx(float((up - down)[0] / 2e-6), rel=0.12, abs=0.5)
