@@ -64,6 +64,7 @@ def xmp_of(properties: str, attributes: str = "") -> bytes:
         'xmlns:crs="http://ns.adobe.com/camera-raw-settings/1.0/" xmlns:exif="http://ns.adobe.com/exif/1.0/" '
         'xmlns:tiff="http://ns.adobe.com/tiff/1.0/" xmlns:dc="http://purl.org/dc/elements/1.1/" '
         'xmlns:Iptc4xmpExt="http://iptc.org/std/Iptc4xmpExt/2008-02-29/" '
+        'xmlns:GPano="http://ns.google.com/photos/1.0/panorama/" '
         f"{attributes}>{properties}</rdf:Description></rdf:RDF></x:xmpmeta>"
     ).encode()
 

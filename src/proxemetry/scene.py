@@ -162,6 +162,7 @@ def _camera_to_dict(estimate: CameraEstimate) -> dict[str, Any]:
         "reason": estimate.reason,
         "lens": estimate.lens,
         "mount": None if estimate.mount is None else estimate.mount.to_dict(),
+        "why": estimate.why,
     }
 
 
@@ -172,8 +173,9 @@ def _camera_from_dict(fields: Mapping[str, Any]) -> CameraEstimate:
         tuple(Candidate(**_with_source(c)) for c in fields["candidates"]),
         tuple(map(Flag.from_dict, fields["flags"])),
         fields["reason"],
-        fields.get("lens"),
+        fields["lens"],
         Mount.from_dict(fields["mount"]) if fields.get("mount") else None,
+        fields["why"],
     )
 
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from .camera import Camera
 from .mount import Mount
-from .sources import Flag, Source
+from .sources import Doubt, Flag, Source
 
 
 @dataclass(frozen=True)
@@ -24,7 +24,7 @@ class CameraEstimate:
 
     camera is None where no focal length is known; reason then says so and what to do. lens says whose distortion the
     camera has, and where it is from; None where it has none. mount: what is known of the camera's place before the
-    people are seen, or None.
+    people are seen, or None. why says what spoke for the chosen candidate.
     """
 
     camera: Camera | None
@@ -33,6 +33,7 @@ class CameraEstimate:
     reason: str | None = None
     lens: str | None = None
     mount: Mount | None = None
+    why: str = ""
 
     @property
     def source(self) -> Source | None:
@@ -43,6 +44,11 @@ class CameraEstimate:
     def is_assumed(self) -> bool:
         """Whether the focal length is a guess."""
         return self.camera is not None and self.camera.source.is_assumed
+
+    @property
+    def may_be_guessed(self) -> bool:
+        """Whether there is a focal length to be found by other means: a panorama has none."""
+        return not any(flag.doubt is Doubt.PROJECTION for flag in self.flags)
 
     @property
     def is_doubtful(self) -> bool:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import cmath
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from ..intervals import HALF_WIDTH_SD
 from ..photo.metadata import Crop, Metadata
@@ -30,6 +30,8 @@ class Frame:
     standard deviation of that size. scale: pixels of the file for one pixel as first stored, with scale_rel_sd.
     crop: the evidence that the file is a crop, or None. principal_sd_px: how far the principal point may be from the
     middle of the file, as a standard deviation per axis in pixels; from principal_px where that is known instead.
+    is_whole_known: whether width_px and height_px are the whole picture's, rather than those of an unknown part of it.
+    is_tied: whether the metadata still hold the size of another stage than this file: what was cut or resized since.
     """
 
     width_px: float
@@ -40,11 +42,18 @@ class Frame:
     crop: str | None = None
     principal_sd_px: float = 0.0
     principal_px: tuple[float, float] | None = None
+    is_whole_known: bool = True
+    is_tied: bool = False
 
     @property
     def diagonal_px(self) -> float:
         """The diagonal of the uncropped picture in pixels of the file."""
         return math.hypot(self.width_px, self.height_px)
+
+    @property
+    def aspect(self) -> float:
+        """Long side to short."""
+        return max(self.width_px, self.height_px) / min(self.width_px, self.height_px)
 
 
 def frame_of(width: int, height: int, metadata: Metadata) -> Frame:
@@ -53,15 +62,19 @@ def frame_of(width: int, height: int, metadata: Metadata) -> Frame:
     if stored is not None and not _same_shape((width, height), stored):
         return _crop_of(width, height, stored)
     scale = 1.0 if stored is None else max(width, height) / max(stored)  # exactly 1 where nothing was resized
+    tied = scale != 1.0
     recorded = None if metadata.crop is None else _recorded_crop(width, height, metadata.crop, scale)
     if recorded is not None:
-        return recorded
+        return replace(recorded, is_tied=tied)
     shape = _shape(width, height)
     if metadata.cropped or shape is None:
         evidence = "an editor's crop is recorded" if metadata.cropped else "its shape is no sensor's"
         shift = _EDITOR_CROP_SHIFT * max(width, height)
-        return Frame(width, height, _EDITOR_CROP_SD, scale, crop=evidence, principal_sd_px=shift)
-    return Frame(width, height, _CAMERA_CROP_SD.get(shape, 0.0), scale)
+        return Frame(
+            width, height, _EDITOR_CROP_SD, scale, crop=evidence, principal_sd_px=shift, is_whole_known=False,
+            is_tied=tied,
+        )  # fmt: skip
+    return Frame(width, height, _CAMERA_CROP_SD.get(shape, 0.0), scale, is_tied=tied)
 
 
 def _stored(width: int, height: int, metadata: Metadata) -> tuple[int, int] | None:
@@ -94,7 +107,7 @@ def _crop_of(width: int, height: int, stored: tuple[int, int]) -> Frame:
     room = math.hypot(full[0] - width, full[1] - height) / math.sqrt(2)
     return Frame(
         *full, size_rel_sd=scale_sd, scale=scale, scale_rel_sd=scale_sd,
-        crop=f"stored as {stored[0]} x {stored[1]}", principal_sd_px=room / math.sqrt(12),
+        crop=f"stored as {stored[0]} x {stored[1]}", principal_sd_px=room / math.sqrt(12), is_tied=True,
     )  # fmt: skip
 
 

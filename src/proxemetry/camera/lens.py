@@ -20,6 +20,13 @@ _MOUNTS_CORRECTED_IN_CAMERA = frozenset(
         "Pentax Q", "Samsung NX", "Samsung NX mini", "Sony E",
     )
 )  # fmt: skip
+#: Mounts of bodies that may use a part of their sensor alone, and single bodies of another mount that do.
+_MOUNTS_WITH_CROP_MODES = frozenset(
+    ("Canon RF", "Fujifilm G", "Leica L", "Nikon F AF", "Nikon Z", "Pentax KAF2", "Pentax KAF4", "Sony Alpha", "Sony E")
+)
+_WITH_CROP_MODES = frozenset(("Canon EOS 5DS", "Canon EOS 5DS R"))
+#: How far a photo's shape may be from that of a variant.
+_SHAPE_TOLERANCE = 0.03
 #: Points along the long side at which lensfun's mapping is taken; it is smooth, and a fit to 10^4 points is stable.
 _GRID = 121
 
@@ -49,13 +56,31 @@ def _database() -> Any:
 
 
 @lru_cache(maxsize=256)
-def _camera(make: str, model: str) -> Any | None:
-    """Return lensfun's entry of a camera named as EXIF names it, or None."""
+def _cameras(make: str, model: str) -> tuple[Any, ...]:
+    """Return lensfun's entries of a camera named as EXIF names it: several where one name stands for several."""
     for name in (model, f"{make} {model}"):
         found = _database().find_cameras(make, name)
         if found:
-            return found[0]
-    return None
+            return tuple(found)
+    return ()
+
+
+#: The shapes after which lensfun names variants of a camera.
+_VARIANT = re.compile(r"(\d+):(\d+)")
+
+
+def _variants(make: str | None, model: str | None, aspect: float | None) -> tuple[Any, ...]:
+    """Return the entries that a photo of a shape (long side to short; None where unknown) may be of.
+
+    Some cameras are listed once for each shape of their pictures, whose diagonals differ.
+    """
+    cameras = _cameras(make or "", model) if model else ()
+    shapes = [_VARIANT.fullmatch(camera.variant or "") for camera in cameras]
+    if aspect is None or len(cameras) < 2 or not all(shapes):
+        return cameras
+    apart = [abs(math.log(int(s[1]) / int(s[2]) / aspect)) for s in shapes if s]
+    best = min(apart)
+    return cameras if best > _SHAPE_TOLERANCE else (cameras[apart.index(best)],)
 
 
 def _has_fixed_lens(camera: Any) -> bool:
@@ -64,19 +89,24 @@ def _has_fixed_lens(camera: Any) -> bool:
 
 
 @lru_cache(maxsize=1024)
-def crop_factor(make: str | None, model: str | None, focal_mm: float) -> float | None:
-    """Return the ratio of 43.267 mm to the diagonal of a camera's sensor, or None where the camera is unknown.
+def crop_factors(make: str | None, model: str | None, focal_mm: float, aspect: float | None) -> tuple[float, ...]:
+    """Return the ratios of 43.267 mm to the diagonals of the sensors that a camera of this name may have.
 
-    A phone has several sensors behind one model name: an entry counts only where its lens has that focal length.
+    aspect: the photo's long side to its short one, None where it is an unknown part of the picture. Empty where the
+    camera is unknown. A phone has several sensors behind one model name: an entry counts only where its lens has that
+    focal length.
     """
-    camera = _camera(make or "", model) if model else None
-    if camera is None:
-        return None
-    if _has_fixed_lens(camera):
-        lenses = _database().find_lenses(camera)
-        if lenses and not any(_covers(lens, focal_mm) for lens in lenses):
-            return None
-    return float(camera.crop_factor)
+    cameras = _variants(make, model, aspect)
+    fixed = [camera for camera in cameras if _has_fixed_lens(camera)]
+    lenses = [lens for camera in fixed for lens in _database().find_lenses(camera)]
+    if lenses and not any(_covers(lens, focal_mm) for lens in lenses):
+        return ()
+    return tuple(sorted({float(camera.crop_factor) for camera in cameras}))
+
+
+def may_crop_in_camera(make: str | None, model: str | None) -> bool:
+    """Whether a camera can use a part of its sensor alone, as if it had a smaller one (DX mode, 1.6x crop)."""
+    return any(c.mount in _MOUNTS_WITH_CROP_MODES or c.model in _WITH_CROP_MODES for c in _variants(make, model, None))
 
 
 def lens_correction(metadata: Metadata, f_px: float, width: int, height: int) -> tuple[LensCorrection | None, str]:
@@ -87,17 +117,17 @@ def lens_correction(metadata: Metadata, f_px: float, width: int, height: int) ->
     """
     if metadata.focal_mm is None or metadata.model is None or metadata.lens_corrected:
         return None, ""
-    camera = _camera(metadata.make or "", metadata.model)
+    camera = next(iter(_variants(metadata.make, metadata.model, max(width, height) / min(width, height))), None)
     if camera is None:
         return None, ""
     lens = _lens(metadata.make or "", metadata.model, metadata.lens or "", metadata.focal_mm)
     if lens is None:
         return None, ""
+    if "FISHEYE" in str(lens.type).upper():
+        return None, f"fisheye lens ({lens.model}): distances away from the middle are wrong"
     corrected = _has_fixed_lens(camera) or camera.mount in _MOUNTS_CORRECTED_IN_CAMERA
     if corrected and not metadata.raw:
         return None, ""
-    if "FISHEYE" in str(lens.type).upper():
-        return None, f"fisheye lens ({lens.model}): distances away from the middle are wrong"
     grid = _mapping(lens, float(camera.crop_factor), metadata.focal_mm, metadata.f_number or 8.0, width / height)
     if grid is None:
         return None, ""
@@ -114,7 +144,7 @@ def _lens(make: str, model: str, name: str, focal_mm: float) -> Any | None:
     lensfun matches words loosely (a 300 mm f/4 finds a 70-300 mm f/4-5.6), so the numbers and the generation in the
     two names must agree as well.
     """
-    camera = _camera(make, model)
+    camera = _cameras(make, model)[0]
     if _has_fixed_lens(camera):
         lenses = [lens for lens in _database().find_lenses(camera) if _covers(lens, focal_mm)]
         return lenses[0] if len(lenses) == 1 else None

@@ -98,16 +98,18 @@ class Doubt(StrEnum):
     CONTRADICTED = "contradicted"
     ESTIMATED = "estimated"
     METADATA = "metadata"
+    SENSOR = "sensor"
     CROPPED = "cropped"
     ZOOMED = "zoomed"
     LENS = "lens"
     MOUNT = "mount"
+    PROJECTION = "projection"
     OTHER = "other"
 
     @property
     def is_settled_by_focal(self) -> bool:
         """Whether a focal length that is stated anew settles it; crops, digital zooms and lenses stay."""
-        return self in (Doubt.ASSUMED, Doubt.CONTRADICTED, Doubt.ESTIMATED, Doubt.METADATA)
+        return self in (Doubt.ASSUMED, Doubt.CONTRADICTED, Doubt.ESTIMATED, Doubt.METADATA, Doubt.SENSOR)
 
 
 @dataclass(frozen=True)

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import dataclass
+from enum import StrEnum
 from typing import TYPE_CHECKING, Any
 
 from .xmp_iptc import first, iptc_of, xmp_of
@@ -19,6 +20,19 @@ if TYPE_CHECKING:
 _EXIF_IFD, _GPS_IFD = 0x8769, 0x8825
 #: FocalPlaneResolutionUnit -> units in a millimetre (EXIF 2.32, 4.6.5; 4 and 5 are in use though not in the standard).
 _UNITS_PER_MM = {1: 1 / 25.4, 2: 1 / 25.4, 3: 1 / 10, 4: 1.0, 5: 1000.0}
+
+
+#: No rectilinear lens is wider than 9 mm equivalent; the tag is rounded. Below, cameras write their own millimetres.
+_WIDEST_MM = 8.5
+#: CustomRendered (0xA401): what Apple's cameras write for a swept panorama.
+_SWEPT = 6
+
+
+class Projection(StrEnum):
+    """How the space in front of the camera lies on the picture, where the file says that it is not by one lens."""
+
+    SPHERE = "a photo sphere"
+    PANORAMA = "a swept panorama"
 
 
 @dataclass(frozen=True)
@@ -44,7 +58,8 @@ class Metadata:
     (FocalPlaneXResolution in pixels per millimetre); stored_width_px, stored_height_px (PixelXDimension and
     PixelYDimension, turned upright as the orientation tag says); digital_zoom (above 1); cropped (an editor's crop is
     recorded, and made); crop (what was cut, where that is recorded too); lens_corrected (an editor has corrected the
-    lens); raw (a sensor's raw file).
+    lens); raw (a sensor's raw file); edited_by (the editing program that wrote the file, where it says so);
+    projection (None for a picture of one perspective).
     Of the picture: date (ISO 8601), city, country, source.
     Only on request: creator, caption, people (names of those shown); gps (latitude, longitude in degrees).
     remarks: what was there but could not be used.
@@ -64,6 +79,8 @@ class Metadata:
     crop: Crop | None = None
     lens_corrected: bool = False
     raw: bool = False
+    edited_by: str | None = None
+    projection: Projection | None = None
     date: str | None = None
     city: str | None = None
     country: str | None = None
@@ -127,7 +144,7 @@ def read_metadata(
         model=_text(exif.get(0x0110), *xmp.get("tiff:Model", ())),
         lens=_text(exif.get(0xA434), *xmp.get("exifEX:LensModel", ()), *xmp.get("aux:Lens", ())),
         focal_mm=numbers.within("focal length", 0x920A, "exif:FocalLength", 0.5, 5000),
-        focal_35mm=numbers.within("35 mm equivalent", 0xA405, "exif:FocalLengthIn35mmFilm", 3, 5000),
+        focal_35mm=numbers.within("35 mm equivalent", 0xA405, "exif:FocalLengthIn35mmFilm", _WIDEST_MM, 5000),
         f_number=numbers.within("aperture", 0x829D, "exif:FNumber", 0.3, 200),
         focal_plane_px_per_mm=_focal_plane(numbers),
         stored_width_px=stored[0],
@@ -137,6 +154,8 @@ def read_metadata(
         crop=_crop(xmp) if cropped else None,
         lens_corrected=first(xmp, "crs:LensProfileEnable") == "1",
         raw=raw,
+        edited_by=_editor(exif, xmp),
+        projection=_projection(numbers, xmp),
         date=_date(*iptc.get(55, ()), *xmp.get("photoshop:DateCreated", ()), exif.get(0x9003)),
         city=_text(*iptc.get(90, ()), *xmp.get("photoshop:City", ())),
         country=_text(*iptc.get(101, ()), *xmp.get("photoshop:Country", ())),
@@ -149,6 +168,32 @@ def read_metadata(
         gps=_position(gps),
         remarks=tuple(remarks),
     )
+
+
+def _projection(numbers: _Numbers, xmp: dict[str, tuple[str, ...]]) -> Projection | None:
+    """Return what Google's panorama schema or the camera's own tag says of a picture stitched from many."""
+    kind = first(xmp, "GPano:ProjectionType").lower()
+    if kind == "equirectangular" or first(xmp, "GSpherical:Spherical").lower() == "true":
+        return Projection.SPHERE
+    if kind in ("cylindrical", "cubemap") or numbers.number(0xA401, "exif:CustomRendered") == _SWEPT:
+        return Projection.PANORAMA
+    stitched = first(xmp, "GPano:UsePanoramaViewer").lower() == "true" or "GPano:FullPanoWidthPixels" in xmp
+    return Projection.PANORAMA if stitched and kind != "rectilinear" else None
+
+
+#: Words by which programs that resize photos name themselves; cameras write their firmware's version instead.
+_EDITORS = (
+    "acdsee", "adobe", "affinity", "aperture", "canva", "capture one", "darktable", "digikam", "digital photo pro",
+    "dxo", "faststone", "gimp", "google", "imagemagick", "iphoto", "irfanview", "lightroom", "luminar", "microsoft",
+    "nx studio", "paint", "photo gallery", "photoscape", "photoshop", "picasa", "pixelmator", "pixlr", "polarr",
+    "rawtherapee", "snapseed", "viewnx", "xnview", "zoner",
+)  # fmt: skip
+
+
+def _editor(exif: dict[int, Any], xmp: dict[str, tuple[str, ...]]) -> str | None:
+    """Return the program that wrote the file, where it names itself and is an editor."""
+    name = _text(exif.get(0x0131), *xmp.get("xmp:CreatorTool", ()), *xmp.get("tiff:Software", ()))
+    return name if name is not None and any(word in name.lower() for word in _EDITORS) else None
 
 
 def _is_cropped(xmp: dict[str, tuple[str, ...]]) -> bool:

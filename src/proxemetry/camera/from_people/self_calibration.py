@@ -80,7 +80,7 @@ def with_people(estimate: CameraEstimate, people: People, width: int, height: in
     What the people tell goes before an assumed field of view, which is for photos that nothing else is known of.
     """
     assumed = estimate.source is not None and estimate.source.kind is FocalSource.ASSUMED_FOV
-    if estimate.camera is not None and not assumed:
+    if (estimate.camera is not None and not assumed) or not estimate.may_be_guessed:
         return estimate
     found = calibrate(people, width, height)
     candidates = (*found.candidates, *estimate.candidates)
