@@ -11,9 +11,9 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from proxemetry.arrays import FloatArray
+
 Rng = np.random.Generator
 
 SIZES = ((640, 480), (480, 640), (1024, 683), (1600, 1200), (3000, 4000), (6000, 4000), (1920, 1080), (800, 800))

@@ -16,10 +16,11 @@ from proxemetry.archive.store.folder import Folder
 from proxemetry.archive.store.photos import find_photos
 from proxemetry.archive.store.results import Results, write_run
 from proxemetry.camera import Camera, CameraEstimate, Doubt, Flag, FocalSource, Source
-from proxemetry.measure import Settings, place
+from proxemetry.measure import place
 from proxemetry.people import People
 from proxemetry.photo import Photo
 from proxemetry.scene import Scene
+from proxemetry.settings import Settings
 from proxemetry.web.app import create_app
 from proxemetry.web.session import Review
 from synthetic.drawn import people_at

@@ -23,7 +23,7 @@ LAYERS = (
     ("anthropometry",),
     ("bodies",),
     ("locate",),
-    ("distances",),
+    ("distances", "settings"),
     ("proxemics",),
     ("scene",),
     ("tables",),

@@ -23,7 +23,7 @@ from proxemetry.camera.focal import FocalRequest
 from proxemetry.camera.table import CameraTable
 from proxemetry.cli import main
 from proxemetry.errors import OutputError
-from proxemetry.measure import Settings
+from proxemetry.settings import Settings
 from synthetic import small_photos
 from synthetic.small_photos import write_photo, write_photos
 

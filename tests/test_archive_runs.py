@@ -37,8 +37,8 @@ from proxemetry.archive.store.results import Results
 from proxemetry.camera.focal import FocalRequest
 from proxemetry.camera.table import CameraTable
 from proxemetry.errors import ModelError, OutputError, SettingsError
-from proxemetry.measure import Settings
 from proxemetry.pose import PoseOptions
+from proxemetry.settings import Settings
 from synthetic.small_photos import write_photo, write_photos
 
 HERE = str(Path(__file__).parents[1])

@@ -12,9 +12,10 @@ import pytest
 from proxemetry.benchmark import read_predictions
 from proxemetry.camera import Camera, CameraEstimate
 from proxemetry.errors import LabelsError
-from proxemetry.measure import Settings, place
+from proxemetry.measure import place
 from proxemetry.people import People
 from proxemetry.people.skeleton import BODY_25
+from proxemetry.settings import Settings
 from proxemetry.tables import TABLES, rows
 
 Row = dict[str, object]

@@ -33,8 +33,8 @@ from proxemetry.cli import main
 from proxemetry.errors import LabelsError, SettingsError
 from proxemetry.evaluate import camera_of_labels, people_of_labels, predict_labels, scenes_of_labels
 from proxemetry.locate import LocateSettings
-from proxemetry.measure import Settings
 from proxemetry.people import People
+from proxemetry.settings import Settings
 
 KORTE = Path(__file__).parent.parent.parent / "shared" / "data" / "korte"
 needs_korte = pytest.mark.skipif(not KORTE.exists(), reason="the labels of the KORTE benchmark are not here")

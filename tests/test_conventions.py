@@ -9,10 +9,11 @@ import pytest
 from proxemetry.bodies import Floor
 from proxemetry.camera import Camera
 from proxemetry.distances import ZONE_LIMITS_M, Distances, ground_frame
-from proxemetry.measure import Settings, place
+from proxemetry.measure import place
 from proxemetry.people import People
 from proxemetry.people.skeleton import COCO_17
 from proxemetry.photo import Photo
+from proxemetry.settings import Settings
 from synthetic.drawn import people_at
 
 DOCUMENT = Path(__file__).parents[1] / "docs" / "conventions.md"

@@ -15,8 +15,9 @@ from proxemetry.archive.review.corrections import FILE, Action, FileKey, Log, ap
 from proxemetry.archive.store.index import summary_of
 from proxemetry.camera import Camera, CameraEstimate, Doubt, Flag
 from proxemetry.errors import OutputError, SettingsError
-from proxemetry.measure import Settings, place
-from proxemetry.scene import Scene
+from proxemetry.measure import place
+from proxemetry.scene import Review, Scene
+from proxemetry.settings import Settings
 from proxemetry.tables import rows
 from synthetic.drawn import people_at
 
@@ -99,7 +100,7 @@ def test_the_lens_stays_when_the_focal_length_changes() -> None:
 def test_a_body_size_is_stated_for_one_person_and_taken_back() -> None:
     scene = drawn_scene()
     child = apply(scene, [act("body_size", box=box_of(scene, 1), body_size="children")])
-    assert child.made_by.settings["locate"]["body_sizes"] == [None, "children", None]
+    assert child.settings.locate.body_sizes == (None, "children", None)
     back = apply(scene, [act("body_size", 1, box=box_of(scene, 1), body_size="children"),
                          act("body_size", 2, box=box_of(scene, 1), body_size=None)])  # fmt: skip
     assert back.distances_m == pytest.approx(scene.distances_m, nan_ok=True)
@@ -110,7 +111,7 @@ def test_who_is_off_the_floor_stays_so_when_another_is_removed() -> None:
     actions = [
         act("off_floor", 1, box=box_of(scene, 2), off_floor=True), act("remove_person", 2, box=box_of(scene, 0))
     ]  # fmt: skip
-    assert apply(scene, actions).made_by.settings["locate"]["off_floor"] == [1]
+    assert apply(scene, actions).settings.locate.off_floor == {1}
 
 
 def test_an_excluded_photo_keeps_its_row_and_loses_its_numbers() -> None:
@@ -150,9 +151,7 @@ def test_what_was_corrected_and_by_whom_travels_with_the_scene() -> None:
     scene = drawn_scene()
     actions = [act("remove_person", 1, "ada", box=box_of(scene, 0)), act("checked", 2, "ben")]
     again = Scene.from_json(apply(scene, actions).to_json())
-    assert again.made_by.settings["review"] == {
-        "actions": 2, "who": ["ada", "ben"], "kinds": ["checked", "remove_person"],
-    }  # fmt: skip
+    assert again.review == Review(1, ("checked", "remove_person"), ("ada", "ben"))
 
 
 def test_a_person_found_elsewhere_in_the_list_is_still_the_same() -> None:

@@ -9,15 +9,13 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 
+from proxemetry.arrays import FloatArray
 from proxemetry.camera import Camera
 from proxemetry.camera.lines import focal_from_lines, gravity_from_lines
 from proxemetry.camera.lines.mixture import evaluate, lines_of
 from proxemetry.camera.lines.model import N_PARAMETERS, PRIOR, vanishing_points
 from synthetic.line_scenes import STRAIGHT, WITHOUT, LineScene, exact_scene, line_scene
-
-FloatArray = NDArray[np.float64]
 
 
 def corner(pitch_deg: float = 6.0, roll_deg: float = 1.0, focal_px: float = 700.0) -> LineScene:

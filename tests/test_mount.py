@@ -15,10 +15,11 @@ from proxemetry.camera import Camera, CameraEstimate, Doubt, FloorFrame, Mount
 from proxemetry.camera.focal import FocalRequest, estimate_camera
 from proxemetry.camera.table import CameraTable
 from proxemetry.errors import CameraError, SettingsError
-from proxemetry.measure import Settings, place, remeasure
+from proxemetry.measure import place, remeasure
 from proxemetry.people import People
 from proxemetry.photo import Photo
 from proxemetry.scene import Scene
+from proxemetry.settings import Settings
 from synthetic.drawn import people_at
 from synthetic.modelled import CAMERA as LENS
 from synthetic.modelled import photo

@@ -12,6 +12,7 @@ import pytest
 from PIL import Image
 
 from proxemetry.photo import Photo
+from proxemetry.photo.about import About
 from proxemetry.photo.metadata import Metadata
 from synthetic.camera_files import (
     F_NUMBER,
@@ -91,11 +92,11 @@ def test_names_and_places_only_on_request(tmp_path: Path) -> None:
     xmp = xmp_of("<Iptc4xmpExt:PersonInImage><rdf:Bag><rdf:li>Bo</rdf:li></rdf:Bag></Iptc4xmpExt:PersonInImage>")
     Image.new("RGB", (60, 40)).save(path, exif=exif_of(PRIVATE, GPS), xmp=xmp)
     plain = Photo.open(path).metadata
-    assert plain == Metadata() and plain.about() == {}
+    assert plain == Metadata() and plain.about() == About()
     asked = Photo.open(path, with_names=True, with_gps=True).metadata
     assert (asked.creator, asked.caption, asked.people) == ("Ann Author", "Bo and Cy meet", ("Bo",))
     assert asked.gps == pytest.approx((-60.51, 24.75))
-    assert asked.about()["latitude"] == "-60.510000"
+    assert asked.about().latitude_deg == -60.51
 
 
 def test_iptc_comes_before_xmp_and_exif(tmp_path: Path) -> None:
@@ -104,7 +105,7 @@ def test_iptc_comes_before_xmp_and_exif(tmp_path: Path) -> None:
     Image.new("RGB", (60, 40)).save(path, exif=exif_of({0x9003: "2020:01:01 00:00:00"}), xmp=xmp)
     block = iim((1, 90, "\x1b%G"), (2, 55, "19870612"), (2, 90, "Jyväskylä"), (2, 101, "Finland"), (2, 80, "Ann"))
     metadata = Photo.open(with_iptc(path, block)).metadata
-    assert metadata.about() == {"date": "1987-06-12", "country": "Finland", "city": "Jyväskylä", "source": "Agency"}
+    assert metadata.about() == About("1987-06-12", "Finland", "Jyväskylä", "Agency")
     latin = iim((2, 90, "Jyväskylä"), codec="latin-1")
     plain = write(tmp_path / "latin.jpg", 60, 40)
     assert Photo.open(with_iptc(plain, latin)).metadata.city == "Jyväskylä"

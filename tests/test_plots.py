@@ -19,7 +19,7 @@ from proxemetry.camera import Camera, CameraEstimate
 from proxemetry.distances import measure_distances
 from proxemetry.errors import OutputError, SettingsError
 from proxemetry.intervals import CHI2_2D
-from proxemetry.measure import Settings, place
+from proxemetry.measure import place
 from proxemetry.people import People
 from proxemetry.people.skeleton import COCO_17
 from proxemetry.photo import Photo
@@ -30,6 +30,7 @@ from proxemetry.plots.lettering import draw_badges, to_points
 from proxemetry.plots.placement import along
 from proxemetry.plots.placement import place as place_labels
 from proxemetry.scene import Scene
+from proxemetry.settings import Settings
 
 #: A standing person, facing the camera, metres above the feet's middle (x right, y down): one row a COCO joint.
 STANDING_M = np.array([

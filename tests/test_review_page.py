@@ -13,6 +13,7 @@ import pytest
 
 from proxemetry.archive.store.results import Results
 from proxemetry.photo import Photo
+from proxemetry.photo.about import About
 from proxemetry.web.session import Review
 from proxemetry.web.stores import DropStore, FolderStore
 from synthetic.drawn import people_at
@@ -324,7 +325,7 @@ def test_script_in_file_names_is_shown_as_text(browser: Any, tmp_path: Path) -> 
     name = '<img src=x onerror=alert(1)>&amp;"quoted".jpg'
     photos = tmp_path / "photos"
     draw_photo(photos / name, people_at(PHOTOS["market/two.jpg"][0], CAMERA))
-    scene = replace(scene_of(photos / name, "market/two.jpg"), photo=name, about={"city": "<b>Oulu</b>"})
+    scene = replace(scene_of(photos / name, "market/two.jpg"), photo=name, about=About(city="<b>Oulu</b>"))
     results = write_results(tmp_path / "results", photos, [scene])
     with served(Review(FolderStore(results.folder.location), "<i>eve</i>")) as (origin, token):
         tab = Tab(browser, origin)

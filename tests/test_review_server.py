@@ -20,11 +20,12 @@ from proxemetry.archive.store.results import Results
 from proxemetry.camera import Camera, CameraEstimate
 from proxemetry.cli import main
 from proxemetry.errors import SettingsError
-from proxemetry.measure import Settings, place
+from proxemetry.measure import place
 from proxemetry.people import People
 from proxemetry.people.skeleton import COCO_17
 from proxemetry.photo import Photo
 from proxemetry.scene import Scene
+from proxemetry.settings import Settings
 from proxemetry.web.session import Query, Review
 from proxemetry.web.stores import DropStore, FolderStore
 from synthetic.reviewing import make_results, served

@@ -9,11 +9,16 @@ import pytest
 
 from proxemetry.bodies import Bodies, Floor, Mode
 from proxemetry.camera import Camera, CameraEstimate, Candidate, Doubt, Flag, FocalSource, Source
+from proxemetry.camera.focal import FocalRequest
+from proxemetry.camera.table import CameraRow, CameraTable
 from proxemetry.errors import OutputError, SettingsError
-from proxemetry.measure import Settings, measure, place, remeasure
+from proxemetry.locate import LocateSettings
+from proxemetry.measure import measure, place, remeasure
 from proxemetry.people import People
 from proxemetry.people.skeleton import COCO_17
-from proxemetry.scene import Scene
+from proxemetry.photo.about import About
+from proxemetry.scene import Provenance, Review, Scene
+from proxemetry.settings import Settings
 from proxemetry.tables import TABLES, rows
 from synthetic.drawn import people_at
 
@@ -143,6 +148,40 @@ def test_a_bare_number_is_no_camera():
 
 def test_the_settings_of_a_scene_are_json():
     json.dumps(Settings().to_dict(), allow_nan=False)
+
+
+def test_json_keeps_settings_metadata_and_review():
+    told = Settings("torso", LocateSettings("women", quirks={"zero-length"}, off_floor={0}), undistort=False)
+    scene = replace(
+        scene_of([(0, 0, 5), (3, 0, 9)]),
+        settings=told,
+        about=About("1990-05-01", city="Oulu", people=("Bo", "Cy"), latitude_deg=65.01),
+        review=Review(2, ("exclude", "note"), ("ada",), "<b>"),
+        made_by=Provenance("1", "drawn", {"a.onnx": "00"}, "cameras.csv sha256:00"),
+    )
+    again = Scene.from_json(scene.to_json())
+    for name in ("settings", "about", "review", "made_by"):
+        assert getattr(again, name) == getattr(scene, name)
+
+
+def test_a_camera_table_is_named_but_does_not_travel():
+    table = CameraTable((CameraRow(1, photo="*", focal_px=900.0),), "/somewhere/cameras.csv")
+    told = Settings(focal=FocalRequest(camera_table=table))
+    scene = measure(np.zeros((20, 30, 3), np.uint8), pose=lambda _: People.none(COCO_17), settings=told)
+    assert scene.settings == Settings()
+    assert scene.made_by.camera_table.startswith("cameras.csv sha256:")
+    assert told.to_dict()["focal"]["camera_table"] == scene.made_by.camera_table
+
+
+@pytest.mark.parametrize("method", ["scene", "torso"])
+def test_a_quirk_misspelled_is_refused_whatever_the_method(method):
+    with pytest.raises(SettingsError, match="quirk 'nonsense' is unknown"):
+        measure(np.zeros((20, 30, 3), np.uint8), settings=Settings(method, LocateSettings(quirks={"nonsense"})))
+
+
+def test_a_status_that_is_none_is_refused():
+    with pytest.raises(OutputError, match="status 'fine'"):
+        replace(scene_of([(0, 0, 5)]), status="fine")
 
 
 def test_distorted_keypoints_are_straightened_before_they_are_measured():

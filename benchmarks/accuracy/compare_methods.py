@@ -17,7 +17,8 @@ from proxemetry.benchmark.report import comparison
 from proxemetry.benchmark.scenes import prediction_of
 from proxemetry.camera import CameraEstimate
 from proxemetry.locate import METHODS, LocateSettings
-from proxemetry.measure import Settings, place
+from proxemetry.measure import place
+from proxemetry.settings import Settings
 from synthetic.files import write
 from synthetic.scenes import KINDS, POSTURES, Recipe, SyntheticPhoto, layouts_from_labels, scenes
 

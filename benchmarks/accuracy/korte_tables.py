@@ -20,8 +20,8 @@ from proxemetry.benchmark import PROTOCOLS, Predictions, Score, read_labels, sco
 from proxemetry.benchmark.tables import make_table
 from proxemetry.evaluate import predict_labels
 from proxemetry.locate import METHODS, LocateSettings
-from proxemetry.measure import Settings
 from proxemetry.people.skeleton import BODY_25
+from proxemetry.settings import Settings
 from synthetic.scenes import KINDS, Recipe, layouts_from_labels, scenes
 
 START, END = "<!-- tables -->", "<!-- end of tables -->"

@@ -17,13 +17,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from proxemetry.arrays import FloatArray
 from proxemetry.camera import Camera
 from proxemetry.camera.lines import focal_from_lines, gravity_from_lines
 from synthetic.line_scenes import KINDS, STRAIGHT, line_scene
-
-FloatArray = NDArray[np.float64]
 
 #: York Urban's camera (Denis, Elder and Estrada, ECCV 2008): 6.0532 mm at 9 um a pixel.
 YORK = Camera(672.57, 672.57, 307.55, 251.45, 640, 480)

@@ -25,10 +25,11 @@ from benchmarks.networks.networks_at_hand import add_models_option
 from proxemetry.arrays import FloatArray
 from proxemetry.camera import Camera, CameraEstimate
 from proxemetry.locate import METHODS
-from proxemetry.measure import Settings, place
+from proxemetry.measure import place
 from proxemetry.people import People, PoseBackend
 from proxemetry.photo import Photo
 from proxemetry.pose import PoseOptions, available, backend_named
+from proxemetry.settings import Settings
 
 _LEAST_INSIDE, _LEAST_TALL = 0.7, 0.4
 _BANDS_M = ((0, 10), (10, 20), (20, 40), (0, 40))

@@ -28,10 +28,11 @@ from proxemetry.archive.store.photos import find_photos
 from proxemetry.archive.store.results import write_run
 from proxemetry.camera import CameraEstimate
 from proxemetry.camera.focal import estimate_camera
-from proxemetry.measure import Settings, place
+from proxemetry.measure import place
 from proxemetry.people import People
 from proxemetry.people.skeleton import skeleton_named
 from proxemetry.photo import Photo
+from proxemetry.settings import Settings
 from proxemetry.web.session import Review
 from proxemetry.web.stores import FolderStore
 from synthetic.reviewing import served

@@ -23,11 +23,12 @@ if TYPE_CHECKING:
     from .distances import Distances, zone_of
     from .errors import ProxemetryError
     from .locate import LocateSettings
-    from .measure import Settings, measure, remeasure
+    from .measure import measure, remeasure
     from .people import People, PoseBackend
     from .people.skeleton import SKELETONS, Skeleton
     from .photo import Photo
     from .scene import Scene
+    from .settings import Settings
 
 __all__ = [
     "SKELETONS",
@@ -68,7 +69,7 @@ _HOME = {
     "PoseBackend": "people",
     "ProxemetryError": "errors",
     "Scene": "scene",
-    "Settings": "measure",
+    "Settings": "settings",
     "Skeleton": "people.skeleton",
     "measure": "measure",
     "remeasure": "measure",

@@ -18,10 +18,11 @@ import numpy as np
 from .benchmark import LabelImage, Labels, Prediction, Predictions
 from .benchmark.scenes import prediction_of
 from .camera import Camera, CameraEstimate, FocalSource, Source
-from .measure import Settings, place, remeasure
+from .measure import place, remeasure
 from .people import People
 from .people.skeleton import KORTE_PARTS, PARTS
 from .scene import Scene
+from .settings import Settings
 
 if TYPE_CHECKING:
     from .archive.run.schedule import Progress

@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import copy
-import hashlib
 import time
-from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass, field, replace
-from functools import cached_property
+from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, cast
 
@@ -18,84 +15,14 @@ from .camera import Camera, CameraEstimate, Doubt, Flag, Mount
 from .camera.focal import FocalRequest, estimate_camera
 from .camera.from_people.self_calibration import with_people
 from .errors import CameraError, PhotoError, SettingsError
-from .locate import METHODS, LocateSettings, method_named
+from .locate import LocateSettings, method_named
 from .people import People, PoseBackend
 from .photo import Photo, RGBArray
 from .scene import Provenance, Scene
+from .settings import Settings
 from .version import __version__
 
-DEFAULT_METHOD = "scene"
-
 _NO_CAMERA = "the photo's focal length is unknown"
-
-
-@dataclass(frozen=True)
-class Settings:
-    """What a run is told; the same settings on the same photo give the same scene.
-
-    method: one of `locate.METHODS`. locate: what is stated of the people. focal: what is stated of the camera.
-    undistort: whether a known lens distortion is taken out of the keypoints. mount: where the camera is, for all photos
-    of the run; what a camera table says of single photos comes before it.
-    """
-
-    method: str = DEFAULT_METHOD
-    locate: LocateSettings = field(default_factory=LocateSettings)
-    focal: FocalRequest = field(default_factory=FocalRequest)
-    undistort: bool = True
-    mount: Mount | None = None
-
-    def __post_init__(self) -> None:
-        if self.method not in METHODS:
-            raise SettingsError(f"method {self.method!r} is unknown: use one of {', '.join(METHODS)}")
-        if self.mount is not None and self.mount.camera is not None and self.focal.states_focal:
-            raise SettingsError("the mount has a focal length of its own: leave out what else is stated of it")
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return the settings as JSON values; of a camera table the name and the hash of what it says."""
-        return copy.deepcopy(self._fields)
-
-    @cached_property
-    def _fields(self) -> dict[str, Any]:
-        """The settings as JSON values, made once: every scene carries them, and a camera table may be long."""
-        table = self.focal.camera_table
-        fields = _plain(asdict(replace(self, focal=replace(self.focal, camera_table=None), mount=None)))
-        fields["mount"] = None if self.mount is None else self.mount.to_dict()
-        if table is not None:
-            digest = hashlib.sha256(repr(table.rows).encode()).hexdigest()
-            fields["focal"]["camera_table"] = f"{Path(table.source).name} sha256:{digest}"
-        return fields
-
-    @classmethod
-    def from_dict(cls, fields: Mapping[str, Any], method: str | None = None) -> Settings:
-        """Return the settings that `to_dict` described; what it does not name is the default, `method` for its own.
-
-        A camera table is not among them: scenes carry the cameras that were chosen by it.
-        """
-        locate, focal = dict(fields.get("locate") or {}), dict(fields.get("focal") or {})
-        for name in ("off_floor", "quirks"):
-            locate[name] = frozenset(locate.get(name) or ())
-        for part, name in ((locate, "body_sizes"), (focal, "sensor_mm")):
-            part[name] = None if part.get(name) is None else tuple(part[name])
-        focal.pop("camera_table", None)
-        return cls(
-            fields.get("method") or method or DEFAULT_METHOD,
-            LocateSettings(**locate),
-            FocalRequest(**focal),
-            fields.get("undistort", True),
-            None if fields.get("mount") is None else Mount.from_dict(fields["mount"]),
-        )
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, dict):
-        return {str(k): _plain(v) for k, v in value.items()}  # pyright: ignore[reportUnknownVariableType]
-    if isinstance(value, frozenset | set):
-        return sorted(_plain(v) for v in value)  # pyright: ignore[reportUnknownVariableType]
-    if isinstance(value, tuple | list):
-        return [_plain(v) for v in value]  # pyright: ignore[reportUnknownVariableType]
-    if isinstance(value, np.generic | np.ndarray):
-        return value.tolist()
-    return str(value) if isinstance(value, Path) else value
 
 
 def measure(
@@ -131,12 +58,11 @@ def measure(
     backend = _backend(pose)
     people = backend.detect(photo)
     estimate = _estimate(photo, people, camera or _recorded_camera(backend, photo, settings), settings)
-    made_by = Provenance(__version__, settings.method, backend.name, dict(backend.models), settings.to_dict())
-    about = photo.metadata.about()
+    made_by = Provenance(__version__, backend.name, dict(backend.models), settings.table)
     scene = place(photo.name, photo.sha256, photo.width, photo.height, people, estimate, settings)
     if scene.status == "ok" and not len(people):
         scene = replace(scene, reason=_why_nobody(backend, photo) or scene.reason)
-    return replace(scene, made_by=made_by, about=about, seconds=time.perf_counter() - started)
+    return replace(scene, made_by=made_by, about=photo.metadata.about(), seconds=time.perf_counter() - started)
 
 
 def place(
@@ -159,7 +85,7 @@ def place(
     estimate = _with_contradiction(estimate, bodies)
     return Scene(
         name, sha256, width, height, status, reason, estimate, people, bodies,
-        Provenance(__version__, settings.method, settings=settings.to_dict()),
+        settings=settings.without_table, made_by=Provenance(__version__, camera_table=settings.table),
     )  # fmt: skip
 
 
@@ -176,8 +102,7 @@ def remeasure(
         scene.photo, scene.sha256, scene.width_px, scene.height_px,
         scene.people if people is None else people, estimate, settings,
     )  # fmt: skip
-    made_by = replace(scene.made_by, method=settings.method, settings=settings.to_dict())
-    return replace(fresh, made_by=made_by, about=scene.about, seconds=scene.seconds)
+    return replace(fresh, made_by=scene.made_by, review=scene.review, about=scene.about, seconds=scene.seconds)
 
 
 def _opened(photo: str | Path | RGBArray | Photo) -> Photo:

@@ -21,7 +21,9 @@ from .distances import Distances, measure_distances
 from .errors import OutputError, ProxemetryError
 from .people import People
 from .people.skeleton import COCO_17, SKELETONS, Skeleton, skeleton_named
+from .photo.about import About
 from .proxemics import Proxemics, measure_proxemics
+from .settings import Settings
 
 #: Name and version of the JSON form; the version changes when the meaning of a field does.
 SCHEMA = "proxemetry.scene/2"
@@ -34,13 +36,34 @@ _DIGITS = 7
 
 @dataclass(frozen=True)
 class Provenance:
-    """What made a scene: package version, method, pose back end, its files' sha256, and the settings stated."""
+    """What made a scene beside its settings.
+
+    version: of the package. pose: the back end. models: sha256 of its files by name. camera_table: name and hash of
+    the camera table, "" where there was none.
+    """
 
     version: str = ""
-    method: str = ""
     pose: str = ""
     models: Mapping[str, str] = field(default_factory=dict[str, str])
-    settings: Mapping[str, Any] = field(default_factory=dict[str, Any])
+    camera_table: str = ""
+
+
+@dataclass(frozen=True)
+class Review:
+    """What people did to a scene by hand, where they did anything.
+
+    corrections: how many corrections are in its numbers. kinds: of all that was done ("checked" and "note" included),
+    sorted. who: the reviewers, sorted. note: the last remark.
+    """
+
+    corrections: int
+    kinds: tuple[str, ...]
+    who: tuple[str, ...]
+    note: str | None = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "kinds", tuple(self.kinds))
+        object.__setattr__(self, "who", tuple(self.who))
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,8 +71,9 @@ class Scene:
     """One photo's people, where they stand and how far apart, with where every number came from.
 
     photo: its name. sha256: of the file. width_px, height_px: upright full size. status: one of `STATUSES`, with the
-    reason for any but "ok". camera: the estimate with all candidates. about: date, country, city and source as the
-    photo's own metadata say. Row i of `people`, of `bodies` and of every distance is the same person.
+    reason for any but "ok". camera: the estimate with all candidates. settings: what the run was told, without its
+    camera table. about: what the photo's own metadata state of it. review: None where nobody reviewed it. Row i of
+    `people`, of `bodies` and of every distance is the same person.
     """
 
     photo: str
@@ -61,16 +85,25 @@ class Scene:
     camera: CameraEstimate
     people: People
     bodies: Bodies
+    settings: Settings = field(default_factory=Settings)
     made_by: Provenance = Provenance()
-    about: Mapping[str, str] = field(default_factory=dict[str, str])
+    about: About = field(default_factory=About)
+    review: Review | None = None
     seconds: float = math.nan
 
+    def __post_init__(self) -> None:
+        if self.status not in STATUSES:
+            raise OutputError(f"status {self.status!r} of a scene is unknown: it is one of {', '.join(STATUSES)}")
+
     @classmethod
-    def failed(cls, photo: str, reason: str, sha256: str = "", made_by: Provenance | None = None) -> Scene:
-        """Return the row of a photo that could not be read."""
+    def failed(
+        cls, photo: str, reason: str, sha256: str = "", *, settings: Settings | None = None,
+        made_by: Provenance | None = None,
+    ) -> Scene:  # fmt: skip
+        """Return the scene of a photo that could not be read."""
         return cls(
             photo, sha256, 0, 0, "failed", reason, CameraEstimate(None, reason=reason), People.none(COCO_17),
-            Bodies.unplaced(0, "", reason), made_by or Provenance(),
+            Bodies.unplaced(0, "", reason), settings or Settings(), made_by or Provenance(),
         )  # fmt: skip
 
     def __len__(self) -> int:
@@ -264,8 +297,10 @@ def _scene_to_dict(scene: Scene) -> dict[str, Any]:
         "camera": _camera_to_dict(scene.camera),
         "people": _people_to_dict(scene.people),
         "bodies": _bodies_to_dict(scene.bodies),
+        "settings": scene.settings.to_dict(),
         "made_by": asdict(scene.made_by),
-        "about": dict(scene.about),
+        "about": asdict(scene.about),
+        "review": None if scene.review is None else asdict(scene.review),
         "seconds": _finite(scene.seconds),
     }
 
@@ -281,7 +316,9 @@ def _scene_from_dict(fields: Mapping[str, Any]) -> Scene:
         camera=_camera_from_dict(fields["camera"]),
         people=_people_from_dict(fields["people"]),
         bodies=_bodies_from_dict(fields["bodies"]),
+        settings=Settings.from_dict(fields["settings"]),
         made_by=Provenance(**fields["made_by"]),
-        about=fields["about"],
+        about=About(**fields["about"]),
+        review=None if fields["review"] is None else Review(**fields["review"]),
         seconds=math.nan if fields["seconds"] is None else fields["seconds"],
     )

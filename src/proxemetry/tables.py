@@ -74,16 +74,16 @@ def _camera_flags(scene: Scene) -> Value:
     return "; ".join(map(str, scene.camera.flags)) or None
 
 
-def _about(key: str) -> Callable[[Scene], Value]:
-    return lambda s: s.about.get(key)
-
-
-def _coordinate(key: str) -> Callable[[Scene], Value]:
-    return lambda s: float(s.about[key]) if key in s.about else None
+def _about(attribute: str) -> Callable[[Scene], Value]:
+    return lambda s: getattr(s.about, attribute)
 
 
 def _corrections(scene: Scene) -> Value:
-    return int(scene.about.get("corrections", 0))
+    return 0 if scene.review is None else scene.review.corrections
+
+
+def _note(scene: Scene) -> Value:
+    return None if scene.review is None else scene.review.note
 
 
 def _floor(attribute: str, scale: float = 1.0) -> Callable[[Scene], Value]:
@@ -115,11 +115,17 @@ _PHOTOS = (
     Column("source", "VARCHAR", "", "agency or source (its metadata)", _about("source")),
     Column("creator", "VARCHAR", "", "who took the photo (its metadata; --with-names)", _about("creator")),
     Column("caption", "VARCHAR", "", "caption (its metadata; --with-names)", _about("caption")),
-    Column("names", "VARCHAR", "", "names of those shown (its metadata; --with-names)", _about("people")),
-    Column("latitude_deg", "DOUBLE", "deg", "where it was taken (its metadata; --with-gps)", _coordinate("latitude")),
-    Column("longitude_deg", "DOUBLE", "deg", "where it was taken (its metadata; --with-gps)", _coordinate("longitude")),
+    Column(
+        "names",
+        "VARCHAR",
+        "",
+        "names of those shown (its metadata; --with-names)",
+        lambda s: "; ".join(s.about.people) or None,
+    ),
+    Column("latitude_deg", "DOUBLE", "deg", "where it was taken (its metadata; --with-gps)", _about("latitude_deg")),
+    Column("longitude_deg", "DOUBLE", "deg", "where it was taken (its metadata; --with-gps)", _about("longitude_deg")),
     Column("corrections", "INTEGER", "", "corrections made by hand that are in these numbers", _corrections),
-    Column("note", "VARCHAR", "", "a reviewer's remark", _about("note")),
+    Column("note", "VARCHAR", "", "a reviewer's remark", _note),
 )
 
 

@@ -11,7 +11,7 @@ from ..benchmark.tables import TABLES
 from ..errors import OutputError, SettingsError
 from ..evaluate import predict_labels, predict_photos
 from ..locate import BODY_SIZES, METHODS, LocateSettings
-from ..measure import DEFAULT_METHOD, Settings
+from ..settings import DEFAULT_METHOD, Settings
 from . import DONE
 from .score import check_output, show
 

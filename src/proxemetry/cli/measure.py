@@ -11,10 +11,9 @@ from ..archive.run.run import run as run_archive
 from ..archive.run.work import Job
 from ..archive.store.results import Results
 from ..errors import SettingsError
-from ..locate import BODY_SIZES, FLOORS, METHODS, LocateSettings
-from ..locate.pinhole import QUIRKS
-from ..measure import DEFAULT_METHOD, Settings
+from ..locate import BODY_SIZES, FLOORS, METHODS, QUIRKS, LocateSettings
 from ..pose import DEVICES, EFFORTS, PoseOptions
+from ..settings import DEFAULT_METHOD, Settings
 from . import DONE, NOTHING_DONE, SOME_FAILED
 from .camera_options import add_camera_options, add_mount_option, focal_request, number, stated_mount
 from .progress import Reporter
@@ -147,8 +146,6 @@ def run(args: argparse.Namespace) -> int:
 
 def _job(args: argparse.Namespace) -> Job:
     focal = focal_request(args)
-    if unknown := args.quirks - set(QUIRKS):
-        raise SettingsError(f"--quirks {', '.join(sorted(unknown))}: use {', '.join(QUIRKS)}")
     weight = LocateSettings().child_weight if args.child_weight is None else args.child_weight
     locate = LocateSettings(args.body_size, floor=args.floor, quirks=args.quirks, child_weight=weight)
     return Job(

@@ -14,9 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import FloatArray
 from ..distances import LEVEL
-
-FloatArray = NDArray[np.float64]
 
 #: A block must be longer than people stay: how many belong to one frame's accident.
 BLOCK_S = 10.0

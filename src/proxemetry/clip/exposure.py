@@ -14,11 +14,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import FloatArray
 from ..distances import LEVEL
 from .nearness import Nearness, nearness
 from .smoothing import Path
-
-FloatArray = NDArray[np.float64]
 
 #: Takes places on the floor (n, 2) and returns what they owe to the camera, shape (n, 2, K): a place's shift per
 #: standard deviation of each of the K things about the camera that are not exactly known.

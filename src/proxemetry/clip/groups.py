@@ -13,12 +13,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import FloatArray
 from .motion import PLACE, VELOCITY
 from .smoothing import Path
-
-FloatArray = NDArray[np.float64]
 
 #: Pairs that are never nearer are not asked about.
 REACH_M = 4.0

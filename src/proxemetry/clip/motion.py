@@ -10,9 +10,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from ..arrays import FloatArray
 
 #: Pedestrians walk at about 1.3 m/s and many stand: a velocity's standard deviation along each axis (Weidmann 1993).
 SPEED_SD_M_S = 1.0

@@ -12,11 +12,9 @@ from math import erf
 from statistics import NormalDist
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import FloatArray
 from ..distances import LEVEL, least_error_and_interval, planar_lengths
-
-FloatArray = NDArray[np.float64]
 
 #: From so many standard deviations on a distance is as good as Gaussian (the skewness that is left is below 0.1).
 _GAUSSIAN_FROM = 10.0

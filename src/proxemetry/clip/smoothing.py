@@ -12,11 +12,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import FloatArray
 from .motion import PLACE, first_state, transition
 from .sightings import Chain, Sightings
 from .tracking import SWAY_SD_M
-
-FloatArray = NDArray[np.float64]
 
 #: Detectors put a walker's joints wrong the same way for as long as the posture and the view stay: this share of a
 #: sighting's standard deviation stays with a person through the clip and does not average out over frames.

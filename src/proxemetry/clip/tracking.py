@@ -13,11 +13,10 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import FloatArray
 from ..assignment import assign
 from .motion import PLACE, first_state, transition
 from .sightings import Chain, Sightings
-
-FloatArray = NDArray[np.float64]
 
 #: A person out of sight for longer is forgotten.
 MEMORY_S = 2.0

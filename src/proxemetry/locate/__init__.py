@@ -21,6 +21,14 @@ METHODS = {
     "pupil": "pinhole:locate_pupil",
 }
 
+#: Peculiarities of the published code that change its numbers; off unless named in `LocateSettings.quirks`.
+QUIRKS = {
+    "code-torso-length": "the torso constant is the code's 444.5 mm, not the paper's 444 mm",
+    "shoulder-counter": "shoulders refused by the 1.25 test do not advance the person counter, so that later people"
+    " get a neighbour's shoulders",
+    "zero-length": "a pair of keypoints on the same spot puts the person into the camera, at (0, 0, 0)",
+}
+
 BODY_SIZES = ("adults", "women", "men", "mixed", "children")
 FLOORS = ("shared", "none")
 
@@ -33,7 +41,7 @@ class LocateSettings:
         as large a share as child_weight says.
     body_sizes: the same for single people by row, None where the run's holds. floor: "shared" or "none".
     off_floor: rows of people who do not stand on the shared floor.
-    quirks: names of the published code's peculiarities to reproduce (`pinhole.QUIRKS`).
+    quirks: names of the published code's peculiarities to reproduce (`QUIRKS`).
     """
 
     body_size: str = "mixed"
@@ -51,6 +59,9 @@ class LocateSettings:
                 raise SettingsError(f"body size {size!r} is unknown: use one of {', '.join(BODY_SIZES)}")
         if isinstance(self.child_weight, str) or not 0 <= self.child_weight < 1:
             raise SettingsError(f"child weight is {self.child_weight!r}: it must be a share from 0 up to, but not, 1")
+        object.__setattr__(self, "quirks", frozenset(self.quirks))
+        if unknown := sorted(self.quirks - set(QUIRKS)):
+            raise SettingsError(f"quirk {unknown[0]!r} is unknown: use some of {', '.join(QUIRKS)}")
         if self.floor not in FLOORS:
             raise SettingsError(f"floor {self.floor!r} is unknown: use one of {', '.join(FLOORS)}")
 

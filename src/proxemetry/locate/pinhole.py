@@ -18,17 +18,8 @@ import numpy as np
 from ..arrays import FloatArray
 from ..bodies import Bodies
 from ..camera import Camera, Mount
-from ..errors import SettingsError
 from ..people import People
 from . import LocateSettings
-
-#: Peculiarities of the published code that change its numbers; off unless named in `LocateSettings.quirks`.
-QUIRKS = {
-    "code-torso-length": "the torso constant is the code's 444.5 mm, not the paper's 444 mm",
-    "shoulder-counter": "shoulders refused by the 1.25 test do not advance the person counter, so that later people"
-    " get a neighbour's shoulders",
-    "zero-length": "a pair of keypoints on the same spot puts the person into the camera, at (0, 0, 0)",
-}
 
 CUES = ("torso", "shoulder", "pupil")
 
@@ -91,9 +82,6 @@ def locate_combined(people: People, camera: Camera, settings: LocateSettings, mo
 
 
 def _locate(method: str, cues: tuple[str, ...], people: People, camera: Camera, settings: LocateSettings) -> Bodies:
-    unknown = set(settings.quirks) - set(QUIRKS)
-    if unknown:
-        raise SettingsError(f"quirk {sorted(unknown)[0]!r} is unknown: use some of {', '.join(QUIRKS)}")
     camera = camera.without_distortion()
     lengths = {cue: _MEASURES[cue](people, camera, settings.quirks) for cue in CUES}
     constants = {cue: _length_m(cue, settings.quirks) for cue in CUES}

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import TYPE_CHECKING, Any
 
+from .about import About
 from .xmp_iptc import first, iptc_of, xmp_of
 
 if TYPE_CHECKING:
@@ -91,18 +92,13 @@ class Metadata:
     gps: tuple[float, float] | None = None
     remarks: tuple[str, ...] = ()
 
-    def about(self) -> dict[str, str]:
-        """Return what the metadata say of the picture itself, which travels into the results.
-
-        Keys are date, country, city, source; on request also creator, caption, people, latitude, longitude.
-        """
-        names = ("date", "country", "city", "source", "creator", "caption")
-        said = {name: value for name in names if (value := getattr(self, name)) is not None}
-        if self.people:
-            said["people"] = "; ".join(self.people)
-        if self.gps is not None:
-            said["latitude"], said["longitude"] = (f"{degrees:.6f}" for degrees in self.gps)
-        return said
+    def about(self) -> About:
+        """Return what the metadata state of the picture itself, which travels into the results."""
+        latitude, longitude = (None, None) if self.gps is None else (round(degrees, 6) for degrees in self.gps)
+        return About(
+            self.date, self.country, self.city, self.source, self.creator, self.caption, self.people, latitude,
+            longitude,
+        )  # fmt: skip
 
 
 def orientation_of(image: Image.Image) -> int:

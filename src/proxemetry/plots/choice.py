@@ -88,7 +88,7 @@ def headline(scene: Scene) -> str:
         _counted(len(scene), "person", "people"),
         _counted(scene.distances.below(math.inf), "distance", "distances"),
         camera_text(scene),
-        f"method {scene.made_by.method or scene.bodies.method}",
+        f"method {scene.settings.method}",
     ]
     if scene.made_by.pose:
         words.append(f"pose {scene.made_by.pose}")

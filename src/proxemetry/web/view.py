@@ -55,9 +55,9 @@ def scene_view(scene: Scene, actions: Sequence[Action]) -> dict[str, Any]:
         "height": scene.height_px,
         "status": scene.status,
         "reason": scene.reason,
-        "method": scene.made_by.method or scene.bodies.method,
+        "method": scene.settings.method,
         "pose": scene.made_by.pose,
-        "about": dict(scene.about),
+        "note": None if scene.review is None else scene.review.note,
         "on_ground": scene.distances.on_ground,
         "camera": _camera(scene),
         "joints": list(scene.people.skeleton.joints),
@@ -95,9 +95,8 @@ def _people(scene: Scene) -> list[dict[str, Any]]:
     people, bodies = scene.people, scene.bodies
     heads, anchors = heads_px(people), anchors_px(people)
     positions, covariances = ground_positions(bodies)
-    locate = scene.made_by.settings.get("locate") or {}
-    sizes: Sequence[str | None] = locate.get("body_sizes") or [None] * len(scene)
-    off_floor: Sequence[int] = locate.get("off_floor") or []
+    locate = scene.settings.locate
+    sizes = locate.body_sizes or (None,) * len(scene)
     return [
         {
             "number": i,
@@ -121,7 +120,7 @@ def _people(scene: Scene) -> list[dict[str, Any]]:
             "heading": number(bodies.heading_rad[i], 3),
             "stature_m": number(bodies.stature_m[i], 2),
             "size": sizes[i] if i < len(sizes) else None,
-            "off_floor": i in off_floor,
+            "off_floor": i in locate.off_floor,
         }
         for i in range(len(scene))
     ]

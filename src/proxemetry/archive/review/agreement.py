@@ -129,9 +129,9 @@ def _alike(a: Scene, b: Scene, pairs: list[tuple[int, int]]) -> bool:
 
 def _stated(scene: Scene) -> list[tuple[bool, str | None]]:
     """Return what was stated of each person: off the floor, body size."""
-    locate = scene.made_by.settings.get("locate") or {}
-    sizes = locate.get("body_sizes") or [None] * len(scene)
-    return [(i in (locate.get("off_floor") or ()), sizes[i]) for i in range(len(scene))]
+    locate = scene.settings.locate
+    sizes = locate.body_sizes or (None,) * len(scene)
+    return [(i in locate.off_floor, sizes[i]) for i in range(len(scene))]
 
 
 def _summed(one: str, other: str, compared: list[_Compared]) -> Agreement:

@@ -15,12 +15,13 @@ import numpy as np
 from ...bodies import Bodies
 from ...camera import CameraEstimate, Doubt
 from ...camera.focal import estimate_camera, flags_beside_focal
-from ...measure import Settings, remeasure
+from ...measure import remeasure
 from ...overlap import iou
 from ...people import People
 from ...people.skeleton import Skeleton
 from ...photo import Photo
-from ...scene import Scene
+from ...scene import Review, Scene
+from ...settings import Settings
 from .actions import ACTIONS, Action, camera_request
 
 #: Two boxes this alike (area of overlap over area of union) are the same person.
@@ -53,9 +54,9 @@ class _Draft:
 def apply(scene: Scene, actions: Sequence[Action]) -> Scene:
     """Return a measured scene with the actions in force applied in their order, placed anew where they ask for it.
 
-    The measured scene is left as it is. What was applied, and by whom, is in the answer's `made_by.settings["review"]`.
+    The measured scene is left as it is. What was applied, and by whom, is in the answer's `review`.
     """
-    settings = Settings.from_dict(scene.made_by.settings, scene.made_by.method or scene.bodies.method)
+    settings = scene.settings
     off_floor = [i in settings.locate.off_floor for i in range(len(scene))]
     sizes = list(settings.locate.body_sizes or (None,) * len(scene))
     draft = _Draft(scene.people, scene.camera, off_floor, sizes)
@@ -84,17 +85,14 @@ def _finished(scene: Scene, draft: _Draft, settings: Settings, actions: Mapping[
         result = scene
     if not draft.applied:
         return result
-    review = {
-        "actions": len(draft.applied),
-        "who": sorted({actions[n].who for n in draft.applied}),
-        "kinds": sorted({actions[n].action for n in draft.applied}),
-    }
-    made_by = replace(result.made_by, settings={**result.made_by.settings, "review": review})
-    about = dict(result.about)
-    about["corrections"] = str(sum(actions[n].action not in ("note", "checked") for n in draft.applied))
-    if draft.note:
-        about["note"] = draft.note
-    return replace(result, made_by=made_by, about=about)
+    applied = [actions[number] for number in draft.applied]
+    review = Review(
+        corrections=sum(a.action not in ("note", "checked") for a in applied),
+        kinds=tuple(sorted({a.action for a in applied})),
+        who=tuple(sorted({a.who for a in applied})),
+        note=draft.note or None,
+    )
+    return replace(result, review=review)
 
 
 def _remove_person(draft: _Draft, value: Mapping[str, Any], scene: Scene) -> bool:

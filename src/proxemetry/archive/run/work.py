@@ -11,11 +11,12 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from ...errors import PhotoError, ProxemetryError
-from ...measure import Settings, measure
+from ...measure import measure
 from ...people import PoseBackend
 from ...photo import Photo
 from ...pose import PoseOptions, backend_named
 from ...scene import Provenance, Scene
+from ...settings import Settings
 from ...version import __version__
 from ..store import parts
 from ..store.file_state import FileState
@@ -77,9 +78,7 @@ class Measurer:
         self.job = job
         self.folder = Folder(job.results)
         self.backend: PoseBackend = backend_named(job.pose, job.options)
-        self._made_by = Provenance(
-            __version__, job.settings.method, self.backend.name, dict(self.backend.models), job.settings.to_dict()
-        )
+        self._made_by = Provenance(__version__, self.backend.name, dict(self.backend.models), job.settings.table)
         self._errors: list[str] = []
 
     def run(self, task: Task, tick: Callable[[], None] = lambda: None) -> Finished:
@@ -141,14 +140,19 @@ class Measurer:
         except Exception as error:  # a bug costs one photo, never the run; its traceback is shown
             reason = f"internal error ({type(error).__name__}: {error})"
             self._errors.append(f"{item.photo}\n{traceback.format_exc()}")
-        return Scene.failed(item.photo, " ".join(reason.split()), _sha256(item), self._made_by)
+        return Scene.failed(
+            item.photo, " ".join(reason.split()), _sha256(item), settings=self.job.settings.without_table,
+            made_by=self._made_by,
+        )  # fmt: skip
 
 
 def died(item: Item, how: str, job: Job, pose: str, models: Mapping[str, str]) -> Record:
     """Return the row of a photo that ended the process measuring it, twice."""
-    made_by = Provenance(__version__, job.settings.method, pose, dict(models), job.settings.to_dict())
+    made_by = Provenance(__version__, pose, dict(models), job.settings.table)
     reason = f"the process measuring it died ({how}), also when tried alone; look at the file"
-    return record_of(Scene.failed(item.photo, reason, _sha256(item), made_by), FileState.of(item.location))
+    settings = job.settings.without_table
+    scene = Scene.failed(item.photo, reason, _sha256(item), settings=settings, made_by=made_by)
+    return record_of(scene, FileState.of(item.location))
 
 
 def _without_name(reason: str, item: Item) -> str:

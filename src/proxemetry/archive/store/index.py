@@ -54,7 +54,7 @@ def summary_of(scene: Scene) -> Summary:
         float(metres[known].min(initial=math.inf)) if known.any() else math.nan,
         float(np.nanmax(widths)) if np.isfinite(widths).any() else math.nan,
         scene.camera.is_doubtful,
-        int(scene.about.get("corrections", 0)),
+        0 if scene.review is None else scene.review.corrections,
     )
 
 

@@ -6,15 +6,14 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ...arrays import FloatArray
 from .gravity import TOO_FEW, TRUSTED, checked
 from .mixture import Fitted, lines_of, nothing_cost, refined
 from .model import LOG_F, N_PARAMETERS, PITCH, PRIOR, Prior
 from .search import starts
 from .trust import trust_of
-
-FloatArray = NDArray[np.float64]
 
 #: Focal lengths of the profile, in diagonals: 12 to 350 mm on the 36 x 24 mm frame. Every third is started from tables.
 _GRID: FloatArray = np.log(np.geomspace(0.28, 8.0, 20))

@@ -6,15 +6,14 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ...arrays import FloatArray
 from ..camera import Camera
 from .mixture import Fitted, Lines, lines_of, nothing_cost, refined
 from .model import AZIMUTH, PRIOR, down_of
 from .search import starts
 from .trust import trust_of
-
-FloatArray = NDArray[np.float64]
 
 #: How many ways to hold the camera are looked at with all azimuths, and how many of all these are refined.
 _TILTS, _REFINED = 20, 8

@@ -13,9 +13,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from ...arrays import FloatArray
 from .model import LOG_F, N_DIRECTIONS, N_PARAMETERS, SLOPE, Prior, log_peak, vanishing_points
-
-FloatArray = NDArray[np.float64]
 
 #: A segment's angle is uncertain by its ends' noise (diagonals: 0.8 px of 640 x 480) over its length, and by what is
 #: not quite straight or parallel in the world, radians, as York Urban's segments are about their labelled vanishing

@@ -13,9 +13,8 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from ...arrays import FloatArray
 
 PITCH, ROLL, LOG_F, AZIMUTH, SKEW, SLOPE, CENTRE = 0, 1, 2, 3, 4, slice(5, 7), slice(7, 9)
 N_PARAMETERS = 9

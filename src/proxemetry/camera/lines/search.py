@@ -5,12 +5,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...arrays import FloatArray
 from .mixture import Lines, strays
 from .model import AZIMUTH, LOG_F, N_PARAMETERS, PITCH, ROLL, Prior, directions
-
-FloatArray = NDArray[np.float64]
 
 _PITCHES = np.radians(np.concatenate([np.arange(-72.0, -30, 6), np.arange(-30.0, 30.1, 3), np.arange(36.0, 73, 6)]))
 _ROLLS = np.radians([-42.0, -34, -26, -18, -11, -6, -3, 0, 3, 6, 11, 18, 26, 34, 42])

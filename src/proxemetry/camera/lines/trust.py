@@ -5,12 +5,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from .mixture import N_CLUTTER, Fitted, Lines
 from .model import PITCH, PRIOR, ROLL
-
-FloatArray = NDArray[np.float64]
 
 #: Log evidence against clutter alone at which straight structure is as likely as not; it counts in worths of `mixture`.
 _STRUCTURE = -6.0

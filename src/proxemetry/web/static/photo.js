@@ -230,7 +230,7 @@ export class PhotoView {
   }
 
   async note() {
-    const text = await askText("Note on this photo", "Note", this.fields.about.note ?? "", "Save");
+    const text = await askText("Note on this photo", "Note", this.fields.note ?? "", "Save");
     if (text !== null) await this.act("note", { text }, text ? "Note saved" : "Note removed");
   }
 

@@ -1,0 +1,27 @@
+"""What a photo's metadata state of the picture itself, as it travels into the results."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class About:
+    """When and where a photo was taken and who made it, as its own metadata state; None where they state nothing.
+
+    date: ISO 8601. creator, caption, people (the names of those shown) and the coordinates of the place are there only
+    where they were asked for.
+    """
+
+    date: str | None = None
+    country: str | None = None
+    city: str | None = None
+    source: str | None = None
+    creator: str | None = None
+    caption: str | None = None
+    people: tuple[str, ...] = ()
+    latitude_deg: float | None = None
+    longitude_deg: float | None = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "people", tuple(self.people))
