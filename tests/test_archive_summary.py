@@ -40,7 +40,10 @@ def results_of(folder, photos, pairs):
     duck.execute(f"CREATE TABLE pairs (photo VARCHAR, distance_m DOUBLE, {zones})")
     rows = [(p, d, *(float(zone_of(math.nan if d is None else d) == z) for z in ZONES)) for p, d in pairs]
     duck.executemany("INSERT INTO pairs VALUES (?, ?, ?, ?, ?, ?)", rows)
-    for table in ("photos", "pairs"):
+    duck.execute("CREATE TABLE people (photo VARCHAR, nearest_m DOUBLE)")
+    near = [(p, min(d for q, d in pairs if q == p and d is not None)) for p in sorted(with_pairs) for _ in range(2)]
+    duck.executemany("INSERT INTO people VALUES (?, ?)", near)  # two in each photo, both nearest in its nearest pair
+    for table in ("photos", "people", "pairs"):
         duck.execute(f"COPY {table} TO '{folder / table}.parquet' (FORMAT parquet)")
     return Results.open(folder)
 
@@ -60,15 +63,18 @@ def small(tmp_path):
 def test_figures_are_those_counted_by_hand(small):
     (all_of_them,) = summarise(small).groups
     assert (all_of_them.n_photos, all_of_them.n_people, all_of_them.n_pairs) == (4, 8, 5)
-    assert all_of_them.median_m.value == 1.1
+    assert all_of_them.pairs_m.value == 1.1
+    assert all_of_them.nearest_m.value == 1.1  # of 0.3, 1.1 and 5.0, each twice
     assert [z.value for z in all_of_them.zones] == pytest.approx([0.2, 0.4, 0.2, 0.2])
-    assert all_of_them.expected_zones == pytest.approx([0.2, 0.4, 0.2, 0.2])
 
 
-def test_expected_shares_are_left_out_where_nobody_asks(small):
-    (shorter,), (whole,) = (summarise(small, expected=e).groups for e in (False, True))
-    assert shorter.zones == whole.zones
-    assert all(math.isnan(share) for share in shorter.expected_zones)
+def test_pairs_count_for_zones_by_their_probabilities():
+    sure = np.array([[0.0, 1.0, 0.0, 0.0]] * 3)
+    open_ = np.array([[0.0, 0.5, 0.5, 0.0], [0.2, 0.3, 0.5, 0.0], [0.0, 0.1, 0.2, 0.7]])
+    assert [z.value for z in group_of([1.0, 1.0, 1.0], [0, 1, 2], sure).zones] == pytest.approx([0, 1, 0, 0])
+    assert [z.value for z in group_of([1.0, 1.0, 1.0], [0, 1, 2], open_).zones] == pytest.approx(
+        [0.2 / 3, 0.3, 0.4, 0.7 / 3]
+    )
 
 
 def test_groups_by_year_country_folder_and_column(small):
@@ -105,7 +111,7 @@ def test_pairs_find_their_photos_by_place_as_by_name(tmp_path, monkeypatch):
     monkeypatch.setattr(Results, "tables_belong_together", lambda self: False)
     by_name = summarise(results, ["folder"])
     assert repr(by_place.groups) == repr(by_name.groups)  # NaN is not itself
-    assert by_place.distance_m.tolist() == by_name.distance_m.tolist()
+    assert by_place.nearest_m.tolist() == by_name.nearest_m.tolist()
     assert sum(g.n_pairs for g in by_place.groups) == 6
     assert sum(g.n_photos for g in by_place.groups) == 7
 
@@ -122,11 +128,14 @@ def test_unknown_groupings_and_unfinished_folders_are_refused(small, tmp_path):
         summarise(small)
 
 
-def group_of(distances, photo):
-    """Return the figures of one group: metres of pairs, and the photo of each."""
-    zeros = np.zeros(len(distances))
-    columns = {"distance_m": np.asarray(distances, dtype=float), "row": np.asarray(photo), "group": zeros.astype(int)}
-    (group,) = _groups([(10, 20)], {**columns, **{f"p_{z}": np.zeros(1) for z in ZONES}})
+def group_of(distances, photo, zones=None):
+    """Return the figures of one group: metres of pairs, the photo of each, and its zones' probabilities."""
+    metres = np.asarray(distances, dtype=float)
+    rows = {"row": np.asarray(photo), "group": np.zeros(len(metres), dtype=int)}
+    if zones is None:
+        zones = np.array([[float(zone_of(d) == z) for z in ZONES] for d in metres])
+    pairs = {**rows, "distance_m": metres, **{f"p_{z}": zones[:, k] for k, z in enumerate(ZONES)}}
+    (group,) = _groups([(10, 20)], pairs, {**rows, "nearest_m": metres})
     return group
 
 
@@ -149,7 +158,7 @@ def test_intervals_hold_what_they_promise(n_photos):
         low = group.zones[2].low + group.zones[3].low
         near_low, near_high = 1 - (group.zones[2].high + group.zones[3].value), 1 - low
         in_share += near_low <= truth <= near_high
-        in_median += group.median_m.low <= 1.219 <= group.median_m.high
+        in_median += group.pairs_m.low <= 1.219 <= group.pairs_m.high
     assert 0.85 <= in_share / 400 <= 0.97
     assert 0.85 <= in_median / 400 <= 0.95
 
@@ -186,7 +195,7 @@ def test_many_groups_at_once_are_each_group_alone(pairs):
 def test_one_photo_tells_no_interval_and_nobody_is_not_certainty():
     alone = group_of([1.0, 2.0, 3.0], [0, 0, 0])
     assert math.isnan(alone.zones[2].low)
-    assert math.isnan(alone.median_m.low)
+    assert math.isnan(alone.pairs_m.low)
     none_near = group_of(np.full(10, 2.0), range(10))
     assert none_near.zones[0].value == 0
     assert 0.1 < none_near.zones[0].high < 0.4  # ten photos without one: Wilson's 21 %
@@ -200,13 +209,14 @@ def test_the_command_prints_writes_and_draws(small, tmp_path, capsys):
     code = main(["summary", folder, "--by", "year", "--csv", str(tmp_path / "f.csv"), "--figures", str(figures)])
     assert code == 0
     said = capsys.readouterr().out.splitlines()
-    assert said[0].split()[:4] == ["year", "photos", "people", "pairs"]
+    assert said[0].split()[:4] == ["year", "photos", "people", "nearest"]
     assert said[1].startswith("1990")
     with (tmp_path / "f.csv").open(newline="") as file:
         rows = list(csv.DictReader(file))
     assert [r["year"] for r in rows] == ["1990", "2001", ""]
-    assert float(rows[0]["median_m"]) == 1.05
-    assert rows[2]["median_m"] == ""
+    assert float(rows[0]["pairs_median_m"]) == 1.05
+    assert float(rows[0]["nearest_median_m"]) == 0.7
+    assert rows[2]["pairs_median_m"] == ""
     drawn = {Path(p).name for p in figures.iterdir()}
     assert drawn == {f"distances_{n}.{e}" for n in ("by_group", "over_time") for e in ("png", "pdf")}
 

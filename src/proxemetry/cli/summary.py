@@ -44,7 +44,7 @@ def run(args: argparse.Namespace) -> int:
     """Print, write and draw the figures; return the exit code."""
     results = Results.open(args.results)
     by = [name.strip() for text in args.by for name in text.split(",") if name.strip()]
-    summary = summarise(results, by, distinct=args.distinct, expected=args.csv is not None)
+    summary = summarise(results, by, distinct=args.distinct)
     if args.csv == "-":
         _write_csv(summary, sys.stdout)
     else:
@@ -75,12 +75,12 @@ def _cell(value: Any) -> Any:
 
 
 def _print(summary: Summary) -> None:
-    header = [*summary.by, "photos", "people", "pairs", "median m", *ZONES]
+    header = [*summary.by, "photos", "people", "nearest m", "pairs", *ZONES, "all pairs m"]
     lines = [
         [
             *(UNKNOWN if k is None else k for k in group.key),
-            str(group.n_photos), str(group.n_people), str(group.n_pairs),
-            _bracketed(group.median_m, "{:.2f}"), *(_bracketed(zone, "{:.0%}") for zone in group.zones),
+            str(group.n_photos), str(group.n_people), _bracketed(group.nearest_m, "{:.2f}"), str(group.n_pairs),
+            *(_bracketed(zone, "{:.0%}") for zone in group.zones), _bracketed(group.pairs_m, "{:.2f}"),
         ]
         for group in summary.groups
     ]  # fmt: skip
@@ -92,7 +92,9 @@ def _print(summary: Summary) -> None:
             for column, (text, width) in enumerate(zip(line, widths, strict=True))
         ]
         print("  ".join(cells).rstrip())
-    if any(not math.isnan(group.median_m.low) for group in summary.groups):
+    print("nearest m: median distance to the nearest other person; zones: shares of all pairs, by their probabilities;")
+    print("all pairs m: median distance of all pairs, which in crowds is mostly the size of the crowd")
+    if any(not math.isnan(group.pairs_m.low) for group in summary.groups):
         print("[ ]: 90 % intervals of where a figure may lie if the photos are a sample; none where they are too few")
 
 

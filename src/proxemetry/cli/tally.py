@@ -7,6 +7,7 @@ from typing import Any
 from ..archive.store.parts import attached, quoted
 from ..archive.store.results import Results
 from ..distances import UNCERTAIN, ZONES, is_vague
+from ..tables import TABLES
 from .camera_options import WHAT_TO_STATE
 
 _PHOTO_LINES, _FAILED_LINES = 40, 5
@@ -16,7 +17,7 @@ def print_results(results: Results) -> int:
     """Print the tables of a results folder in short; return how many photos failed."""
     folder = results.folder
     duck = attached(folder)
-    photos, pairs = (f"read_parquet({quoted(folder.path(f'{t}.parquet'))})" for t in ("photos", "pairs"))
+    photos, people, pairs = (f"read_parquet({quoted(folder.path(f'{t}.parquet'))})" for t in TABLES)
     totals = _one_row(
         duck,
         "SELECT count(*) photos, count(*) FILTER (status = 'ok') measured, count(*) FILTER (status = 'failed') failed, "
@@ -30,7 +31,7 @@ def print_results(results: Results) -> int:
         _print_photos(duck, photos, pairs)
     elif totals["failed"]:
         _print_failed(duck, photos, totals["failed"])
-    _print_totals(duck, totals, pairs)
+    _print_totals(duck, totals, people, pairs)
     if totals["no_camera"]:
         print(f"\n{WHAT_TO_STATE}\n`reason` in photos.csv says what each photo lacks. With another statement, measure")
         print("again with --restart or another --out.\n")
@@ -82,7 +83,15 @@ def _print_failed(duck: Any, photos: str, count: int) -> None:
         print(f"         and {count - len(rows)} more: status and reason in photos.csv")
 
 
-def _print_totals(duck: Any, totals: dict[str, Any], pairs: str) -> None:
+def _nearest(duck: Any, people: str) -> str:
+    """Return the headline: the median distance to the nearest other person."""
+    found = _one_row(duck, f"SELECT median(nearest_m) m, count(nearest_m) n FROM {people}")
+    return (
+        f": median distance to the nearest other person {found['m']:.2f} m ({found['n']} people)" if found["n"] else ""
+    )
+
+
+def _print_totals(duck: Any, totals: dict[str, Any], people: str, pairs: str) -> None:
     rest = [
         f"{totals[key]} {text}"
         for key, text in (
@@ -95,7 +104,7 @@ def _print_totals(duck: Any, totals: dict[str, Any], pairs: str) -> None:
     ]
     assumed = f" ({totals['assumed']} with an ASSUMED focal length)" if totals["assumed"] else ""
     print(f"photos   {totals['photos']}: {totals['measured']} measured{assumed}{''.join(', ' + r for r in rest)}")
-    print(f"people   {totals['people'] or 0}")
+    print(f"people   {totals['people'] or 0}{_nearest(duck, people)}")
     counts = ", ".join(f"sum(p_{zone}) {zone}" for zone in ZONES)
     found = _one_row(
         duck,
@@ -106,7 +115,7 @@ def _print_totals(duck: Any, totals: dict[str, Any], pairs: str) -> None:
         print("pairs    0")
         return
     zones = ", ".join(f"{zone} {found[zone] / found['n']:.0%}" for zone in ZONES)
-    print(f"pairs    {found['n']}: median {found['median']:.2f} m; {zones}")
+    print(f"pairs    {found['n']}: {zones} (by their probabilities); median of all pairs {found['median']:.2f} m")
     if found["uncertain"]:
         print(f"         {found['uncertain']} of uncertain zone: read their intervals and probabilities")
     if totals["safe_m"] is not None:

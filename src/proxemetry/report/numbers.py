@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -14,11 +15,16 @@ from ..archive.figures.summary import Share
 from ..archive.store.folder import Folder
 from ..archive.store.parts import attached, quoted
 from ..arrays import FloatArray
-from ..distances import ZONES
+from ..distances import ZONE_LIMITS_M, ZONES
 from ..intervals import HALF_WIDTH_SD
 
-#: Histogram: edges in metres; everything beyond the last is one bar.
-BIN_M, BINS = 0.5, 20
+#: Histogram: edges in metres, each about a quarter above the one before, so that Hall's limits are among them; what
+#: lies before the first or beyond the last is a bar of its own.
+EDGES_M = (
+    *(round(ZONE_LIMITS_M[0] * 1.3**k, 3) for k in range(-5, 0)),
+    *(round(low * (high / low) ** (k / 4), 3) for low, high in itertools.pairwise(ZONE_LIMITS_M) for k in range(4)),
+    *(round(ZONE_LIMITS_M[-1] * 1.3**k, 3) for k in range(10)),
+)
 
 
 @dataclass(frozen=True)
@@ -27,7 +33,7 @@ class Distances:
 
     n: how many. median_m with low_m, high_m: its central 90 % interval over photos. quartiles_m: lower and upper.
     zones: for each of Hall's zones the share of the distances, each counted by its probability of lying there.
-    counts: shape (BINS + 1,), the histogram.
+    counts: the histogram, one more than `EDGES_M`.
     """
 
     n: int
@@ -42,12 +48,13 @@ class Distances:
 
 @dataclass(frozen=True)
 class Group:
-    """One group of photos."""
+    """One group of photos: distances to the nearest other person, and the zones of all its pairs."""
 
     name: str
     photos: int
     people: int
     nearest: Distances
+    zones: tuple[Share, ...]
 
 
 @dataclass(frozen=True)
@@ -185,17 +192,16 @@ def _groups(duck: Any) -> list[Group]:
         "GROUP BY name ORDER BY count(*) DESC, name LIMIT 40"
     ).fetchall()
     return [
-        Group(
-            str(name),
-            int(photos),
-            int(people),
-            _distances(
-                duck, f"(SELECT * FROM report_nearest SEMI JOIN (SELECT photo FROM report_groups WHERE name = "
-                f"{quoted(str(name))}) USING (photo))"
-            ),
-        )
-        for name, photos, people in names
-    ]  # fmt: skip
+        Group(str(name), int(photos), int(people), *_group_figures(duck, str(name))) for name, photos, people in names
+    ]
+
+
+def _group_figures(duck: Any, name: str) -> tuple[Distances, tuple[Share, ...]]:
+    """Return a group's distances to the nearest others, and the zones of all its pairs."""
+    members = f"(SELECT photo FROM report_groups WHERE name = {quoted(name)})"
+    pairs = f"(SELECT * FROM report_pairs SEMI JOIN {members} USING (photo) WHERE distance_m NOTNULL)"
+    nearest = _distances(duck, f"(SELECT * FROM report_nearest SEMI JOIN {members} USING (photo))")
+    return nearest, _distances(duck, pairs).zones
 
 
 def _distances(duck: Any, source: str) -> Distances:
@@ -206,7 +212,7 @@ def _distances(duck: Any, source: str) -> Distances:
     if not n:
         nothing = Share(math.nan, math.nan, math.nan)
         return Distances(
-            0, 0, math.nan, math.nan, math.nan, (math.nan, math.nan), (nothing,) * len(ZONES), (0,) * (BINS + 1)
+            0, 0, math.nan, math.nan, math.nan, (math.nan, math.nan), (nothing,) * len(ZONES), (0,) * (len(EDGES_M) + 1)
         )
     sums = ", ".join(f"sum(p_{zone})" for zone in ZONES)
     table = np.array(
@@ -219,13 +225,13 @@ def _distances(duck: Any, source: str) -> Distances:
     low, high = _median_interval(duck, source, below)
     bars = dict(
         duck.execute(
-            f"SELECT least(CAST(floor(distance_m / {BIN_M}) AS INTEGER), {BINS}) AS bar, count(*) FROM {source} "
-            "GROUP BY bar"
+            f"SELECT {' + '.join(f'CAST(distance_m >= {edge} AS INTEGER)' for edge in EDGES_M)} AS bar, count(*) "
+            f"FROM {source} GROUP BY bar"
         ).fetchall()
     )
     return Distances(
         int(n), len(table), float(median), low, high, (float(lower), float(upper)), tuple(zones),
-        tuple(int(bars.get(k, 0)) for k in range(BINS + 1)),
+        tuple(int(bars.get(k, 0)) for k in range(len(EDGES_M) + 1)),
     )  # fmt: skip
 
 

@@ -90,9 +90,11 @@ def _distances(numbers: Numbers) -> str:
     return (
         f"<section><h2>Distances</h2><p>Between body centres, {kind}; the gap between two bodies is about 0.25 m less. "
         "Brackets and the shaded band hold the central 90 %, reckoned over photos, because pairs in one photo are not "
-        "independent. Each distance counts for a zone by its probability of lying in it.</p>"
-        f"{_on_assumptions(numbers)}{legend()}{_block('From each person to the nearest other', numbers.nearest)}"
-        f"{_block('Between all pairs', numbers.every)}</section>"
+        "independent. Each distance counts for a zone by its probability of lying in it. Quote the distance to the "
+        "nearest other person and the zones of all pairs; the median of all pairs is mostly the size of a crowd.</p>"
+        f"{_on_assumptions(numbers)}{legend()}"
+        f"{_block('From each person to the nearest other', numbers.nearest, 'people')}"
+        f"{_block('Between all pairs', numbers.every, 'pairs')}</section>"
     )
 
 
@@ -106,7 +108,7 @@ def _on_assumptions(numbers: Numbers) -> str:
     )
 
 
-def _block(title: str, distances: Distances) -> str:
+def _block(title: str, distances: Distances, of: str) -> str:
     if not distances.n:
         return f"<h3>{title}</h3><p>There is none.</p>"
     zones = "".join(f"<td>{_percent(share)}</td>" for _, share in names_of(distances.zones))
@@ -116,7 +118,7 @@ def _block(title: str, distances: Distances) -> str:
         f"<div class='block'><h3>{title}</h3><p>{_many(distances.n, 'distance', 'distances')} in "
         f"{_many(distances.n_photos, 'photo', 'photos')}; median "
         f"{_median(distances)}, half of them between "
-        f"{lower:.1f} and {upper:.1f} m.</p>{histogram(distances, title)}"
+        f"{lower:.1f} and {upper:.1f} m.</p>{histogram(distances, title, of)}"
         f"<table><thead><tr>{heads}</tr></thead><tbody><tr>{zones}</tr></tbody></table></div>"
     )
 
@@ -127,13 +129,14 @@ def _by_group(groups: Sequence[Group], group_by: str) -> str:
     rows = "".join(
         f"<tr><th scope='row'>{escape(g.name)}</th><td>{g.photos:,}</td><td>{g.people:,}</td>"
         f"<td>{_median(g.nearest)}</td>"
-        f"<td>{zone_bar(g.nearest.zones, f'zones of {g.name}')}</td></tr>"
+        f"<td>{zone_bar(g.zones, f'zones of {g.name}')}</td></tr>"
         for g in groups
     )
     return (
-        f"<section><h2>By {escape(group_by)}</h2><p>Distances from each person to the nearest other: median, and share "
-        f"of each zone in percent.</p><table><thead><tr><th scope='col'>{escape(group_by)}</th><th scope='col'>photos"
-        "</th><th scope='col'>people</th><th scope='col'>median</th><th scope='col'>zones</th></tr></thead>"
+        f"<section><h2>By {escape(group_by)}</h2><p>Median distance to the nearest other person, and the share of all "
+        f"pairs in each zone in percent.</p><table><thead><tr><th scope='col'>{escape(group_by)}</th>"
+        "<th scope='col'>photos</th><th scope='col'>people</th><th scope='col'>nearest other</th>"
+        "<th scope='col'>zones</th></tr></thead>"
         f"<tbody>{rows}</tbody></table></section>"
     )
 

@@ -52,8 +52,8 @@ thead th{color:#4f5860;font-size:.85rem}tbody th{font-weight:500;overflow-wrap:a
 .counts{width:auto;min-width:55%}.counts td{text-align:right;padding-left:2rem}
 .chart{width:100%;height:auto}.chart text,.zones text{font-size:11px}.chart text{fill:#1c2126}
 .chart .tick,.chart .zone,.zones .part{text-anchor:middle}.chart .count{text-anchor:end}
-.chart .axis{stroke:#59636b}.chart .limit{stroke:#59636b;stroke-dasharray:3 3}
-.chart .median{stroke:#d55e00;stroke-width:2.4}.chart .band{fill:#d55e00;fill-opacity:.22}
+.chart .rule{stroke:#e3e6e9}.chart .limit{stroke:#59636b;stroke-dasharray:3 3}
+.chart .median{stroke:#1c2126;stroke-width:2.4}.chart .band{fill:#1c2126;fill-opacity:.16}
 .zones{width:100%;min-width:12rem;height:1.25rem}
 .legend{display:flex;flex-wrap:wrap;gap:.3rem 1.2rem;max-width:none}.legend svg{width:.8em;height:.8em}
 figure{margin:0 0 1.4rem}figure img{width:100%;border:1px solid #d9dde1;border-radius:8px}

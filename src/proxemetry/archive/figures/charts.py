@@ -1,4 +1,4 @@
-"""The two figures of an archive that a paper needs: distances by group, and over time. Needs the extra `plot`."""
+"""The two figures of an archive that a paper needs: nearest others and zones by group, and over time (extra `plot`)."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from ...distances import ZONE_LIMITS_M, ZONES
 from ...errors import OutputError, SettingsError
 from ...intervals import HIGH, LOW
 from ...plots import save
+from ...plots.zone_colours import ZONE_COLOURS
 from .grouping import UNKNOWN
 from .summary import Share, Summary
 
@@ -22,8 +23,6 @@ if TYPE_CHECKING:
 _TIMES = ("year", "month")
 #: More groups than this are not told apart in one figure: those with most pairs are drawn.
 _MAX_GROUPS = 24
-# Okabe and Ito's colours: told apart by everybody, and in grey.
-_ZONE_COLOURS = ("#D55E00", "#E69F00", "#56B4E9", "#0072B2")
 
 
 def draw(summary: Summary, folder: str | Path) -> list[Path]:
@@ -58,53 +57,46 @@ def _new_figure(width_in: float, height_in: float, columns: int) -> tuple[Figure
 
 
 def by_group(summary: Summary) -> Figure:
-    """Return each group's distances as a box (quartiles, 5 % and 95 %) beside its zone shares with intervals."""
+    """Return each group's distances to the nearest other as a box (quartiles, 5 % and 95 %) beside its zone shares."""
     shown = sorted(range(len(summary.groups)), key=lambda g: -summary.groups[g].n_pairs)[:_MAX_GROUPS]
     shown = sorted(g for g in shown if summary.groups[g].n_pairs)
     figure, (left, right) = _new_figure(9, 1.6 + 0.42 * max(len(shown), 1), 2)
     rows = np.arange(len(shown))[::-1]
     for row, g in zip(rows, shown, strict=True):
-        start, end = np.searchsorted(summary.group_of_pair, [g, g + 1])
-        q05, q25, q50, q75, q95 = np.quantile(summary.distance_m[start:end], [LOW, 0.25, 0.5, 0.75, HIGH])
+        start, end = np.searchsorted(summary.group_of_person, [g, g + 1])
+        q05, q25, q50, q75, q95 = np.quantile(summary.nearest_m[start:end], [LOW, 0.25, 0.5, 0.75, HIGH])
         left.plot([q05, q95], [row, row], color="0.45", linewidth=1)
         left.barh(row, q75 - q25, left=q25, height=0.5, color="0.82", edgecolor="0.45")
         left.plot([q50, q50], [row - 0.25, row + 0.25], color="black", linewidth=2)
-        _zone_bars(right, row, summary.groups[g].zones)
+        _zone_points(right, row, summary.groups[g].zones)
     for limit in ZONE_LIMITS_M:
         left.axvline(limit, color="0.7", linewidth=0.8, linestyle=":")
     labels = [f"{_label(summary.groups[g].key)}  (n = {summary.groups[g].n_pairs})" for g in shown]
     left.set_yticks(rows, labels)
-    left.set_xlabel("distance between two people, m")
+    left.set_xlabel("distance to the nearest other person, m")
     left.set_xlim(left=0)
     right.set_yticks(rows, [""] * len(rows))
     for axes in (left, right):
         axes.set_ylim(-0.6, max(len(shown), 1) - 0.4)
     right.set_xlim(0, 1)
-    right.set_xlabel("share of pairs in Hall's zones, 90 % intervals")
-    handles = [right.barh(0, 0, color=colour) for colour in _ZONE_COLOURS]
+    right.set_xlabel("share of all pairs in each of Hall's zones, 90 % intervals")
+    right.set_xticks(np.linspace(0, 1, 6), [f"{share:.0%}" for share in np.linspace(0, 1, 6)])
+    handles = [right.plot([], [], "o", color=ZONE_COLOURS[zone])[0] for zone in ZONES]
     figure.legend(handles, ZONES, loc="outside upper center", ncols=len(ZONES), frameon=False)
     return figure
 
 
-def _zone_bars(axes: Any, row: float, zones: Sequence[Share]) -> None:
-    """Draw a group's zone shares one behind the other, each with the interval of where it ends.
-
-    The last ends at one whatever its share: its interval is that of where it begins. Lines of neighbours overlap, so
-    each zone has a height of its own.
-    """
-    start = 0.0
-    for k, (share, colour) in enumerate(zip(zones, _ZONE_COLOURS, strict=True)):
-        axes.barh(row, share.value, left=start, height=0.6, color=colour)
-        if not math.isnan(share.low) and share.value > 0:
-            ends = (start + share.low, start + share.high) if k < len(zones) - 1 else (1 - share.high, 1 - share.low)
-            height = row + 0.18 - 0.12 * k
-            axes.plot(ends, [height, height], color="white", linewidth=2.6, solid_capstyle="butt", zorder=3)
-            axes.plot(ends, [height, height], color="black", linewidth=1, solid_capstyle="butt", zorder=4)
-        start += share.value
+def _zone_points(axes: Any, row: float, zones: Sequence[Share]) -> None:
+    """Draw a group's zone shares as points with their intervals, each zone at a height of its own."""
+    for k, (share, zone) in enumerate(zip(zones, ZONES, strict=True)):
+        height = row + 0.24 - 0.16 * k
+        if not math.isnan(share.low):
+            axes.plot([share.low, share.high], [height, height], color=ZONE_COLOURS[zone], linewidth=1.6)
+        axes.plot(share.value, height, "o", color=ZONE_COLOURS[zone], markersize=4.5, clip_on=False)
 
 
 def over_time(summary: Summary, time: int) -> Figure:
-    """Return the median distance over time with its 90 % band, a line for each value of the other groupings."""
+    """Return the median distance to the nearest other over time with its 90 % band, a line a value of the rest."""
     figure, (axes,) = _new_figure(8, 4.2, 1)
     others: dict[str, list[Any]] = {}
     for group in summary.groups:
@@ -119,8 +111,8 @@ def over_time(summary: Summary, time: int) -> Figure:
         # Bands of more than two lines hide each other: those get bars, side by side.
         many = len(largest) > 2
         x = np.array([place[g.key[time]] for g in groups]) + (largest.index(name) * 0.06 * step if many else 0)
-        (line,) = axes.plot(x, [g.median_m.value for g in groups], marker="o", markersize=3, label=name or None)
-        low, high = ([getattr(g.median_m, end) for g in groups] for end in ("low", "high"))
+        (line,) = axes.plot(x, [g.nearest_m.value for g in groups], marker="o", markersize=3, label=name or None)
+        low, high = ([getattr(g.nearest_m, end) for g in groups] for end in ("low", "high"))
         if many:
             axes.vlines(x, low, high, color=line.get_color(), linewidth=1)
         else:
@@ -131,7 +123,7 @@ def over_time(summary: Summary, time: int) -> Figure:
     else:
         axes.xaxis.get_major_locator().set_params(integer=True)
     axes.set_ylim(bottom=0)
-    axes.set_ylabel("median distance between two people, m")
+    axes.set_ylabel("median distance to the nearest other person, m")
     axes.set_xlabel(f"{summary.by[time]} ({'bars' if len(largest) > 2 else 'band'}: 90 % interval of the median)")
     if any(largest):
         figure.legend(frameon=False, loc="outside right upper")

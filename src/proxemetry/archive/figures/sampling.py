@@ -1,4 +1,4 @@
-"""What a sample of photos tells of all: shares and medians of their pairs, for many groups of photos at once.
+"""What a sample of photos tells of all: shares and medians of their pairs or people, for many groups of photos at once.
 
 Pairs of one photo are not independent, so photos are what is sampled: intervals are those of a ratio over clusters
 (linearised variance, Cochran 1977, section 6.4), Wilson's for shares with the sample size that has this variance,
@@ -93,9 +93,9 @@ class Sample:
         with np.errstate(invalid="ignore"):
             return np.bincount(self.group, weights=values, minlength=self.n_groups) / self.size
 
-    def _ratios(self, hits: NDArray[np.bool_]) -> tuple[FloatArray, FloatArray]:
+    def _ratios(self, hits: FloatArray | NDArray[np.bool_]) -> tuple[FloatArray, FloatArray]:
         """Return the share of hits and its standard deviation, NaN for that with fewer than two photos."""
-        share = self.means(hits.astype(float))
+        share = self.means(np.asarray(hits, dtype=float))
         residual = np.bincount(self._cluster, weights=hits - share[self.group])
         squares = np.bincount(self._group_of_cluster, weights=residual**2, minlength=self.n_groups)
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -107,8 +107,8 @@ class Sample:
         """Half the width of an interval in standard deviations: Student's with one photo less than there are."""
         return _student(np.maximum(self.n_photos - 1, 1))
 
-    def shares(self, hits: NDArray[np.bool_]) -> Estimates:
-        """Return the share of pairs that `hits`, shape (n,), picks."""
+    def shares(self, hits: FloatArray | NDArray[np.bool_]) -> Estimates:
+        """Return the share of what `hits`, shape (n,), picks: yes or no each, or with a probability from 0 to 1."""
         share, sd = self._ratios(hits)
         z = self._width
         with np.errstate(divide="ignore", invalid="ignore"):

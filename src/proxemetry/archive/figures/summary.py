@@ -1,9 +1,7 @@
-"""An archive's figures by group: how many, the median distance, the share of each zone, with sampling intervals."""
+"""An archive's figures by group: counts, the nearest other person, the share of each zone, with sampling intervals."""
 
 from __future__ import annotations
 
-import itertools
-import math
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -12,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from ...arrays import FloatArray, IntArray
-from ...distances import ZONE_LIMITS_M, ZONES
+from ...distances import ZONES
 from ...errors import OutputError
 from ..store.parts import attached, quoted
 from ..store.results import Results
@@ -31,10 +29,11 @@ class Share:
 
 @dataclass(frozen=True)
 class Group:
-    """One group. key: its values, None where a photo's is unknown. median_m: of all its pairs; zones: as `ZONES`.
+    """One group. key: its values, None where a photo's is unknown.
 
-    expected_zones: the shares where each pair counts by its probabilities, which takes account of how uncertain the
-    single distances are.
+    nearest_m: the median over people of the distance to the nearest other person. zones: the shares of all pairs in
+    each of `ZONES`, every pair counted by its probabilities, which takes account of how uncertain single distances
+    are. pairs_m: the median distance of all pairs, which in photos of crowds is mostly the size of the crowd.
     """
 
     key: tuple[str | None, ...]
@@ -42,19 +41,19 @@ class Group:
     n_photos_with_pairs: int
     n_people: int
     n_pairs: int
-    median_m: Share
+    nearest_m: Share
     zones: tuple[Share, ...]
-    expected_zones: tuple[float, ...]
+    pairs_m: Share
 
 
 @dataclass(frozen=True, eq=False)
 class Summary:
-    """Groups in the order of their keys, and every pair's distance and group (row of `groups`) for figures."""
+    """Groups in the order of their keys, and for figures every person's nearest other and group (row of `groups`)."""
 
     by: tuple[str, ...]
     groups: tuple[Group, ...]
-    distance_m: FloatArray
-    group_of_pair: IntArray
+    nearest_m: FloatArray
+    group_of_person: IntArray
 
     def rows(self) -> list[dict[str, Any]]:
         """Return one flat row a group: what is printed and written."""
@@ -65,25 +64,27 @@ class Summary:
                 "n_photos_with_pairs": group.n_photos_with_pairs,
                 "n_people": group.n_people,
                 "n_pairs": group.n_pairs,
-                "median_m": group.median_m.value,
-                "median_low_m": group.median_m.low,
-                "median_high_m": group.median_m.high,
+                **_columns("nearest_median", group.nearest_m),
                 **{
                     f"{zone}{ending}": getattr(share, name)
                     for zone, share in zip(ZONES, group.zones, strict=True)
                     for ending, name in (("", "value"), ("_low", "low"), ("_high", "high"))
                 },
-                **{f"{zone}_expected": value for zone, value in zip(ZONES, group.expected_zones, strict=True)},
+                **_columns("pairs_median", group.pairs_m),
             }
             for group in self.groups
         ]
 
 
-def summarise(results: Results, by: Sequence[str] = (), *, distinct: bool = False, expected: bool = True) -> Summary:
+def _columns(name: str, share: Share) -> dict[str, float]:
+    """Return a length with its interval as columns."""
+    return {f"{name}_m": share.value, f"{name}_low_m": share.low, f"{name}_high_m": share.high}
+
+
+def summarise(results: Results, by: Sequence[str] = (), *, distinct: bool = False) -> Summary:
     """Return the figures of a finished results folder by year, month, folder or any column of the photos table.
 
-    Photos that a reviewer excluded do not count. distinct: copies of one file count once a group. expected: tell the
-    shares where each pair counts by its probabilities, too; without it they are NaN, and a third is read. Raises
+    Photos that a reviewer excluded do not count. distinct: copies of one file count once a group. Raises
     SettingsError for an unknown column, OutputError where the tables are not there yet.
     """
     folder = results.folder
@@ -92,14 +93,16 @@ def summarise(results: Results, by: Sequence[str] = (), *, distinct: bool = Fals
     keys = [sql_of(name) for name in by]
     duck = attached(folder, threads=None)
     names = [f"k{i}" for i in range(len(keys))]
-    with ThreadPoolExecutor(1) as beside:  # pairs are read while photos are counted
-        reading = beside.submit(_pairs, results, duck.cursor(), expected)
+    with ThreadPoolExecutor(1) as beside:  # pairs and people are read while photos are counted
+        reading = beside.submit(_pairs, results, duck.cursor())
+        nearest = beside.submit(_nearest, results, duck.cursor())
         _count_photos(duck, folder.path("photos.parquet"), keys, distinct)
         query = f"SELECT {', '.join([*names, 'n_photos', 'n_people'])} FROM grouped ORDER BY g"
         listed = duck.execute(query).fetchall()
         group_of_row = _group_of_row(duck, names)
-        pairs = _grouped_pairs(reading.result(), group_of_row, len(listed))
-    return Summary(tuple(by), _groups(listed, pairs), pairs["distance_m"], pairs["group"])
+        pairs = _grouped(reading.result(), group_of_row, len(listed))
+        people = _grouped(nearest.result(), group_of_row, len(listed))
+    return Summary(tuple(by), _groups(listed, pairs, people), people["nearest_m"], people["group"])
 
 
 def _count_photos(duck: Any, photos: str, keys: Sequence[str], distinct: bool) -> None:
@@ -131,14 +134,14 @@ def _group_of_row(duck: Any, names: Sequence[str]) -> IntArray:
     return group
 
 
-def _pairs(results: Results, duck: Any, expected: bool) -> dict[str, Any]:
+def _pairs(results: Results, duck: Any) -> dict[str, Any]:
     """Return columns of all measured pairs: their photo's row in the photos table, distance and probabilities.
 
     Both tables are in the order of names, and the photos say how many pairs they have: where both were written
     together, that tells each pair's photo without comparing a name. Otherwise the names are joined.
     """
     photos, pairs = (f"read_parquet({quoted(results.folder.path(f'{t}.parquet'))}" for t in ("photos", "pairs"))
-    columns = ", ".join(["distance_m", *(f"p_{zone}" for zone in ZONES if expected)])
+    columns = ", ".join(["distance_m", *(f"p_{zone}" for zone in ZONES)])
     if results.tables_belong_together():
         found = duck.execute(f"SELECT {columns} FROM {pairs}) WHERE distance_m IS NOT NULL").fetchnumpy()
         each = np.ma.filled(duck.execute(f"SELECT n_pairs FROM {photos})").fetchnumpy()["n_pairs"], 0)
@@ -150,44 +153,39 @@ def _pairs(results: Results, duck: Any, expected: bool) -> dict[str, Any]:
     ).fetchnumpy()
 
 
-def _grouped_pairs(pairs: dict[str, Any], group_of_row: IntArray, n_groups: int) -> dict[str, Any]:
-    """Return the columns of the pairs that count, group after group, a photo's pairs together in each.
+def _nearest(results: Results, duck: Any) -> dict[str, Any]:
+    """Return each person's distance to the nearest other one, where there is any, and their photo's row."""
+    photos, people = (f"read_parquet({quoted(results.folder.path(f'{t}.parquet'))}" for t in ("photos", "people"))
+    return duck.execute(
+        f"SELECT nearest_m, row FROM {people}) JOIN (SELECT photo, file_row_number AS row FROM {photos}, "
+        "file_row_number = true)) USING (photo) WHERE nearest_m IS NOT NULL ORDER BY row"
+    ).fetchnumpy()
 
-    Of the probabilities only each group's mean is kept, shape (G,).
-    """
-    rows = np.asarray(pairs["row"])
+
+def _grouped(found: dict[str, Any], group_of_row: IntArray, n_groups: int) -> dict[str, Any]:
+    """Return the columns of the rows that count, group after group, a photo's rows together in each."""
+    rows = np.asarray(found["row"])
     inside = np.append(group_of_row, -1)[np.minimum(rows, len(group_of_row))]
-    size = np.bincount(inside + 1, minlength=n_groups + 1)[1:]
-    columns: dict[str, Any] = {}
-    for zone in ZONES:
-        if f"p_{zone}" not in pairs:
-            columns[f"p_{zone}"] = np.full(n_groups, np.nan)
-            continue
-        probability = np.ma.filled(pairs[f"p_{zone}"], np.nan)
-        with np.errstate(invalid="ignore"):
-            sums = np.bincount(inside + 1, weights=probability, minlength=n_groups + 1)[1:]
-            columns[f"p_{zone}"] = sums / size
     if n_groups == 1 and bool((inside == 0).all()):  # everything in one group: as it stands
         chosen: Any = slice(None)
     else:
         # Sixteen bits are sorted without comparing: a tenth of the time.
         small = inside.astype(np.int16) if n_groups < 2**15 else inside
-        chosen = np.argsort(small, kind="stable")[len(inside) - int(size.sum()) :]
-    distance = np.ma.filled(pairs["distance_m"], np.nan)
-    return {**columns, "distance_m": distance[chosen], "group": inside[chosen], "row": rows[chosen]}
+        chosen = np.argsort(small, kind="stable")[int((inside < 0).sum()) :]
+    columns = {name: np.ma.filled(values, np.nan)[chosen] for name, values in found.items() if name != "row"}
+    return {**columns, "group": inside[chosen], "row": rows[chosen]}
 
 
-def _figures(pairs: dict[str, Any], n_groups: int) -> tuple[Sample, Estimates, list[Estimates]]:
-    """Return the sample, the groups' medians, and for each zone their shares."""
-    sample, distance = Sample(pairs["group"], pairs["row"], n_groups), pairs["distance_m"]
-    edges = [0.0, *ZONE_LIMITS_M, math.inf]
-    zones = [sample.shares((distance >= low) & (distance < high)) for low, high in itertools.pairwise(edges)]
-    return sample, sample.medians(distance), zones
+def _sample(found: dict[str, Any], n_groups: int) -> Sample:
+    return Sample(found["group"], found["row"], n_groups)
 
 
-def _groups(listed: Sequence[tuple[Any, ...]], pairs: dict[str, Any]) -> tuple[Group, ...]:
+def _groups(listed: Sequence[tuple[Any, ...]], pairs: dict[str, Any], people: dict[str, Any]) -> tuple[Group, ...]:
     """Return the groups as listed: their keys, numbers of photos and of people."""
-    sample, medians, zones = _figures(pairs, len(listed))
+    sample = _sample(pairs, len(listed))
+    zones = [sample.shares(pairs[f"p_{zone}"]) for zone in ZONES]
+    medians = sample.medians(pairs["distance_m"])
+    nearest = _sample(people, len(listed)).medians(people["nearest_m"])
     return tuple(
         Group(
             key=tuple(row[:-2]),
@@ -195,9 +193,9 @@ def _groups(listed: Sequence[tuple[Any, ...]], pairs: dict[str, Any]) -> tuple[G
             n_photos_with_pairs=int(sample.n_photos[i]),
             n_people=int(row[-1] or 0),
             n_pairs=int(sample.size[i]),
-            median_m=_share(medians, i),
+            nearest_m=_share(nearest, i),
             zones=tuple(_share(zone, i) for zone in zones),
-            expected_zones=tuple(float(pairs[f"p_{zone}"][i]) for zone in ZONES),
+            pairs_m=_share(medians, i),
         )
         for i, row in enumerate(listed)
     )
