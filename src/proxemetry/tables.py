@@ -8,15 +8,15 @@ from __future__ import annotations
 import csv
 import io
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
-from .distances import ZONES
+from .distances import UNCERTAIN, ZONES
 from .intervals import LEVEL
 from .people.skeleton import PARTS
 from .proxemics import ORIENTATIONS, SHOTS, phase_of
-from .scene import Scene
+from .scene import STATUSES, Scene
 
 Value = str | int | float | bool | None
 
@@ -26,6 +26,8 @@ class Column:
     """One column: its name, SQL type, unit ("" where it has none), meaning, and its value for a row of a scene.
 
     `value` takes (scene) for photos, (scene, person) for people and (scene, a, b) for pairs; the log has none.
+    levels: the texts that a categorical column takes; ordered where they have an order. identifies: a number that names
+    something and is not to be averaged.
     """
 
     name: str
@@ -33,6 +35,9 @@ class Column:
     unit: str
     meaning: str
     value: Callable[..., Value] = lambda *_: None
+    levels: tuple[str, ...] = ()
+    ordered: bool = False
+    identifies: bool = False
 
 
 def rows(table: str, scene: Scene) -> list[dict[str, Value]]:
@@ -95,7 +100,14 @@ _DEGREES = 180 / math.pi
 _PHOTOS = (
     Column("photo", "VARCHAR", "", "path of the photo, relative to the folder named", lambda s: s.photo),
     Column("sha256", "VARCHAR", "", "SHA-256 of the file", lambda s: s.sha256 or None),
-    Column("status", "VARCHAR", "", "ok, no_camera (people without distances), failed or excluded", lambda s: s.status),
+    Column(
+        "status",
+        "VARCHAR",
+        "",
+        "ok, no_camera (people without distances), failed or excluded",
+        lambda s: s.status,
+        STATUSES,
+    ),
     Column("reason", "VARCHAR", "", "why the status is not ok, and what to do", lambda s: s.reason),
     Column("width_px", "INTEGER", "px", "width of the upright photo", lambda s: s.width_px or None),
     Column("height_px", "INTEGER", "px", "height of the upright photo", lambda s: s.height_px or None),
@@ -161,7 +173,7 @@ _AXES = ("to the right", "down", "along the optical axis, the depth of the torso
 
 _PEOPLE = (
     Column("photo", "VARCHAR", "", "path of the photo", lambda s, i: s.photo),
-    Column("person", "INTEGER", "", "number of the person in the photo, from 0", lambda s, i: i),
+    Column("person", "INTEGER", "", "number of the person in the photo, from 0", lambda s, i: i, identifies=True),
     *(
         Column(f"{axis}_m", "DOUBLE", "m", f"position in the camera frame, {text}", _position(k))
         for k, (axis, text) in enumerate(zip("xyz", _AXES, strict=True))
@@ -204,7 +216,10 @@ _PEOPLE = (
         "standard deviation of heading_deg",
         lambda s, i: float(s.bodies.heading_sd_rad[i]) * _DEGREES,
     ),
-    Column("nearest_person", "INTEGER", "", "number of the nearest other person with a distance", _nearest_person),
+    Column(
+        "nearest_person", "INTEGER", "", "number of the nearest other person with a distance",
+        _nearest_person, identifies=True,
+    ),
     Column("nearest_m", "DOUBLE", "m", "distance to the nearest other person", _proxemics("nearest_m")),
     Column("nearest_low_m", "DOUBLE", "m", f"lower end of its {_LEVEL} interval", _proxemics("nearest_low_m")),
     Column("nearest_high_m", "DOUBLE", "m", f"upper end of its {_LEVEL} interval", _proxemics("nearest_high_m")),
@@ -218,6 +233,8 @@ _PEOPLE = (
         "shot_size", "VARCHAR", "",
         f"how much of the body the picture shows and how large: {', '.join(SHOTS)}",
         lambda s, i: s.proxemics.shots[i],
+        SHOTS,
+        ordered=True,
     ),
     Column(
         "view_horizontal_deg", "DOUBLE", "deg",
@@ -237,6 +254,7 @@ _PEOPLE = (
         "group_id", "INTEGER", "",
         "number of the conversational group (F-formation) in the photo, from 0; empty: in none",
         lambda s, i: int(s.proxemics.group[i]) if s.proxemics.group[i] >= 0 else None,
+        identifies=True,
     ),
     Column(
         "group_size", "INTEGER", "", "people in that group; 1: in none; empty: not placed",
@@ -275,8 +293,8 @@ def _on_ground(scene: Scene, a: int, b: int) -> Value:
 
 _PAIRS = (
     Column("photo", "VARCHAR", "", "path of the photo", lambda s, a, b: s.photo),
-    Column("person_a", "INTEGER", "", "number of one person", lambda s, a, b: a),
-    Column("person_b", "INTEGER", "", "number of the other person", lambda s, a, b: b),
+    Column("person_a", "INTEGER", "", "number of one person", lambda s, a, b: a, identifies=True),
+    Column("person_b", "INTEGER", "", "number of the other person", lambda s, a, b: b, identifies=True),
     Column(
         "distance_m",
         "DOUBLE",
@@ -293,6 +311,8 @@ _PAIRS = (
         "",
         "Hall's zone of distance_m; uncertain where it is less likely than not",
         lambda s, a, b: s.distances.zone(a, b),
+        (*ZONES, UNCERTAIN),
+        ordered=True,
     ),
     Column("reason", "VARCHAR", "", "why there is no distance", _pair_reason),
     Column(
@@ -309,12 +329,15 @@ _PAIRS = (
     Column(
         "p_group", "DOUBLE", "", "probability that the two face each other (F-formation)", _pair("group_probability")
     ),
-    Column("phase", "VARCHAR", "", "Hall's phase within the zone: close or far", _phase),
+    Column(
+        "phase", "VARCHAR", "", "Hall's phase within the zone: close or far", _phase, ("close", "far"), ordered=True
+    ),
     Column(
         "orientation", "VARCHAR", "",
         f"how the two are turned to one another: {', '.join(ORIENTATIONS)}; uncertain where none is likelier than not; "
         "empty beyond 3.66 m or where a heading is unknown",
         lambda s, a, b: s.proxemics.orientation(a, b),
+        (*ORIENTATIONS, UNCERTAIN),
     ),
     *(
         Column(
@@ -367,13 +390,20 @@ def _codebook() -> dict[str, tuple[Column, ...]]:
     return {**all_columns(), "corrections": CORRECTIONS}
 
 
+def codebook_rows() -> tuple[list[str], Iterator[tuple[str, ...]]]:
+    """Return the codebook's header, and a row for every column: table, column, type, unit and meaning."""
+    listed = ((table, column) for table, columns in _codebook().items() for column in columns)
+    rows = ((table, c.name, _KINDS[c.kind], c.unit, c.meaning) for table, c in listed)
+    return ["table", "column", "type", "unit", "meaning"], rows
+
+
 def codebook_csv() -> str:
-    """Return table, column, type, unit and meaning of everything in the tables, as CSV."""
+    """Return the codebook as CSV."""
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
-    writer.writerow(("table", "column", "type", "unit", "meaning"))
-    for table, columns in _codebook().items():
-        writer.writerows((table, c.name, _KINDS[c.kind], c.unit, c.meaning) for c in columns)
+    header, rows = codebook_rows()
+    writer.writerow(header)
+    writer.writerows(rows)
     return out.getvalue()
 
 

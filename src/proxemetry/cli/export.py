@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 
 from ..archive.figures.export import COCO_FILE, write_coco, write_spss
+from ..archive.figures.spreadsheet import Locale, write_local_csv, write_xlsx
 from ..archive.store.folder import Folder
 from ..archive.store.results import TABLE_FORMATS, Results
 from ..errors import OutputError, SettingsError
@@ -12,10 +13,12 @@ from ..tables import TABLES, codebook_markdown
 from . import DONE
 from .camera_options import number
 
-FORMATS = (*TABLE_FORMATS, "spss", "coco")
+FORMATS = (*TABLE_FORMATS, "xlsx", "spss", "coco")
 
 _EXAMPLES = """examples:
   proxemetry export results                         the CSV and Parquet tables anew, corrections applied
+  proxemetry export results --format xlsx           one Excel workbook, the codebook in it
+  proxemetry export results --format csv --locale fi --out tables    decimal commas, semicolons
   proxemetry export results --format spss           photos.sav, people.sav, pairs.sav with labels
   proxemetry export results --format coco --out elsewhere
   proxemetry export --codebook                      what every column means
@@ -27,9 +30,12 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.epilog = _EXAMPLES
     parser.add_argument("results", nargs="?", metavar="DIR", help="results folder")
     parser.add_argument(
-        "--format", type=_formats, default=TABLE_FORMATS, metavar="A,B", help="of csv, parquet, spss, coco"
+        "--format", type=_formats, default=TABLE_FORMATS, metavar="A,B", help="of csv, parquet, xlsx, spss, coco"
     )
     parser.add_argument("--out", metavar="DIR", help="where to write; default: the results folder")
+    parser.add_argument(
+        "--locale", metavar="NAME", help="write CSV as this country's spreadsheet reads it: fi, de_AT, en; needs --out"
+    )
     parser.add_argument(
         "--safe-distance", type=number, metavar="M", help="count the pairs nearer than M; default: the run's"
     )
@@ -59,9 +65,14 @@ def run(args: argparse.Namespace) -> int:
     safe = results.run.get("safe_distance_m") if args.safe_distance is None else args.safe_distance
     tables = [f for f in args.format if f in TABLE_FORMATS]
     written: list[str] = []
+    if args.locale is not None:
+        written += _write_local(args, results, target, safe)
+        tables = [form for form in tables if form != "csv"]
     if tables:
         results.write_tables(safe, target, tables)
         written += [f"{table}.{form}" for form in tables for table in TABLES] + ["codebook.csv"]
+    if "xlsx" in args.format:
+        written.append(write_xlsx(results, target, safe))
     if "spss" in args.format:
         written += write_spss(results, target, safe)
     if "coco" in args.format:
@@ -69,3 +80,12 @@ def run(args: argparse.Namespace) -> int:
         written.append(COCO_FILE)
     print(f"written to {target.location}: {', '.join(written)}")
     return DONE
+
+
+def _write_local(args: argparse.Namespace, results: Results, target: Folder, safe_m: float | None) -> list[str]:
+    """Write CSV of a locale; the results folder's own CSV files stay as scripts expect them."""
+    if "csv" not in args.format:
+        raise SettingsError("--locale is for CSV: add --format csv")
+    if target.location == results.folder.location:
+        raise SettingsError("--locale needs --out: the results folder keeps its CSV files as scripts read them")
+    return write_local_csv(results, target, Locale.named(args.locale), safe_m)

@@ -9,14 +9,19 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
+from ...distances import UNCERTAIN
 from ...errors import SettingsError
 from ...people.skeleton import COCO_17
 from ...scene import Scene
 from ...tables import Column, all_columns
 from ..store.folder import Folder
+from ..store.parts import quoted
 from ..store.results import Results, table_query
 
 COCO_FILE = "coco_keypoints.json"
+
+#: The number that stands for "uncertain", declared missing: SPSS leaves it out of statistics.
+_UNCERTAIN_CODE = 9
 
 #: Rows of one SPSS file, as DuckDB hands them over: a little under a million.
 _ROWS_A_VECTOR, _VECTORS_A_FILE = 2048, 488
@@ -48,15 +53,40 @@ def write_spss(results: Results, target: Folder, safe_distance_m: float | None =
 
 
 def _spss_value(column: Column) -> str:
-    """Return the SQL of a column as SPSS has it: a text, or a number where missing is missing."""
+    """Return the SQL of a column as SPSS has it: a text, or a number where missing is missing.
+
+    A categorical column is the number of its level, from 1, with the level as the value's label; "uncertain", which is
+    no level of an order, is a missing value that has a label.
+    """
+    if column.levels:
+        codes = " ".join(f"WHEN {quoted(level)} THEN {code}" for code, level in _codes(column).items())
+        return f"(CASE {column.name} {codes} END)::DOUBLE AS {column.name}"
     if column.kind == "VARCHAR":
         return f"coalesce({column.name}, '') AS {column.name}"
     return f"{column.name}::{'INTEGER::' if column.kind == 'BOOLEAN' else ''}DOUBLE AS {column.name}"
 
 
+def _codes(column: Column) -> dict[int, str]:
+    """Return the number that stands for each level of a categorical column."""
+    return {_UNCERTAIN_CODE if level == UNCERTAIN else k + 1: level for k, level in enumerate(column.levels)}
+
+
+def _value_labels(column: Column) -> dict[float, str]:
+    if column.kind == "BOOLEAN":
+        return {0.0: "no", 1.0: "yes"}
+    return {float(code): level for code, level in _codes(column).items()}
+
+
+def _measure(column: Column) -> str:
+    """Return SPSS's level of measurement."""
+    if column.levels:
+        return "ordinal" if column.ordered else "nominal"
+    return "nominal" if column.identifies or column.kind in ("VARCHAR", "BOOLEAN") else "scale"
+
+
 def _extent(duck: Any, query: str, table: str, columns: Sequence[Column]) -> tuple[list[str], dict[str, int]]:
     """Return the names of a table's files, and how many bytes each text column needs."""
-    texts = [c.name for c in columns if c.kind == "VARCHAR"]
+    texts = [c.name for c in columns if c.kind == "VARCHAR" and not c.levels]
     longest = ", ".join(f"coalesce(max(strlen({name})), 0)" for name in texts)
     rows, *widths = duck.execute(f"SELECT count(*), {longest} FROM ({query})").fetchone()
     count = max(1, -(-rows // (_VECTORS_A_FILE * _ROWS_A_VECTOR)))
@@ -83,8 +113,10 @@ def _write_sav(frame: Any, path: str, table: str, columns: Sequence[Column], lon
     pyreadstat.write_sav(
         frame, path, file_label=f"proxemetry: {table}", row_compress=True,
         column_labels={c.name: _label(c) for c in columns},
-        variable_value_labels={c.name: {0.0: "no", 1.0: "yes"} for c in columns if c.kind == "BOOLEAN"},
-        variable_measure={c.name: "nominal" if c.kind in ("VARCHAR", "BOOLEAN") else "scale" for c in columns},
+        variable_value_labels={c.name: labels for c in columns if (labels := _value_labels(c))},
+        missing_ranges={c.name: [_UNCERTAIN_CODE] for c in columns if UNCERTAIN in c.levels},
+        variable_measure={c.name: _measure(c) for c in columns},
+        variable_format={c.name: "F8.0" for c in columns if c.kind in ("INTEGER", "BOOLEAN") or c.levels},
     )  # fmt: skip
 
 
@@ -97,7 +129,10 @@ def _joining_syntax(table: str, names: Sequence[str]) -> str:
 
 
 def _label(column: Column) -> str:
-    return f"{column.meaning} [{column.unit}]" if column.unit else column.meaning
+    meaning = column.meaning
+    if column.kind == "BOOLEAN":  # the values' own labels
+        meaning = meaning.replace("true:", "yes:").replace("false:", "no:")
+    return f"{meaning} [{column.unit}]" if column.unit else meaning
 
 
 def write_coco(results: Results, target: Folder) -> None:

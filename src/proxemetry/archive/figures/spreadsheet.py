@@ -1,0 +1,126 @@
+"""Results for spreadsheets: one Excel workbook with its codebook, and CSV as a country's own Excel reads it."""
+
+from __future__ import annotations
+
+import csv
+import importlib.util
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from ...errors import SettingsError
+from ...tables import all_columns, codebook_rows
+from ..store.folder import Folder
+from ..store.results import Results, table_query
+
+XLSX_FILE = "results.xlsx"
+
+#: What a sheet holds at most, its header included.
+_SHEET_ROWS = 1_048_576
+_ROWS_AT_ONCE = 10_000
+
+#: Languages whose numbers have a decimal comma (Unicode CLDR 45), and countries where their speakers write a point.
+_COMMA_LANGUAGES = frozenset(
+    {
+        *("af", "az", "be", "bg", "bs", "ca", "cs", "da", "de", "el", "es", "et", "eu", "fi", "fo", "fr", "gl", "hr"),
+        *("hu", "hy", "id", "is", "it", "ka", "kk", "lt", "lv", "mk", "nb", "nl", "nn", "no", "pl", "pt", "ro", "ru"),
+        *("sk", "sl", "sq", "sr", "sv", "tr", "uk", "uz", "vi"),
+    }
+)
+_POINT_COUNTRIES = frozenset(
+    {"de_CH", "de_LI", "it_CH", *(f"es_{c}" for c in ("MX", "US", "PR", "GT", "HN", "NI", "PA", "PE", "SV", "DO"))}
+)
+
+
+@dataclass(frozen=True)
+class Locale:
+    """How a country's spreadsheet reads CSV: the sign before the decimals and the one between the columns."""
+
+    name: str
+    decimal: str
+    separator: str
+
+    @classmethod
+    def named(cls, name: str) -> Locale:
+        """Return the locale of a name such as fi, de_AT or pt-BR; raises SettingsError for anything else."""
+        if not re.fullmatch(r"[A-Za-z]{2,3}([-_][A-Za-z]{2})?", name):
+            raise SettingsError(f"--locale {name!r}: write a language, or a language and a country: fi, de_AT, en")
+        language, _, country = name.replace("-", "_").partition("_")
+        full = f"{language.lower()}_{country.upper()}"
+        comma = language.lower() in _COMMA_LANGUAGES and full not in _POINT_COUNTRIES
+        return cls(name, "," if comma else ".", ";" if comma else ",")
+
+
+def write_local_csv(
+    results: Results, target: Folder, locale: Locale, safe_distance_m: float | None = None
+) -> list[str]:
+    """Write photos, people and pairs as CSV of a locale, with a byte order mark; return their names.
+
+    Numbers are those of the plain tables. Raises OutputError where a file cannot be written.
+    """
+    written: list[str] = []
+    for table, (names, rows) in _tables(results, safe_distance_m):
+        name = f"{table}.csv"
+        with target.writing(name) as temporary, open(temporary, "w", encoding="utf-8-sig", newline="") as file:
+            writer = csv.writer(file, delimiter=locale.separator)
+            writer.writerow(names)
+            writer.writerows([_local(value, locale.decimal) for value in row] for row in rows)
+        written.append(name)
+    return written
+
+
+def _local(value: Any, decimal: str) -> str:
+    if value is None:
+        return ""
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    return repr(value).replace(".", decimal) if isinstance(value, float) else str(value)
+
+
+def write_xlsx(results: Results, target: Folder, safe_distance_m: float | None = None) -> str:
+    """Write `results.xlsx`, a sheet a table and one with the codebook; return its name.
+
+    Texts stay texts, whatever sign they begin with. Raises SettingsError where XlsxWriter is missing or a table is
+    longer than a sheet, OutputError where the file cannot be written.
+    """
+    if importlib.util.find_spec("xlsxwriter") is None:
+        raise SettingsError("Excel workbooks need an extra: pip install 'proxemetry[xlsx]'")
+    import xlsxwriter
+
+    # Row by row to the disk: a million rows take no more memory than a thousand. Nothing is taken for a formula.
+    options = {"constant_memory": True, "strings_to_formulas": False, "strings_to_urls": False}
+    with target.writing(XLSX_FILE) as temporary, xlsxwriter.Workbook(temporary, options) as book:
+        bold = book.add_format({"bold": True})
+        for table, (names, rows) in _tables(results, safe_distance_m):
+            _fill(book.add_worksheet(table), names, rows, bold)
+        _fill(book.add_worksheet("codebook"), *codebook_rows(), bold)
+    return XLSX_FILE
+
+
+def _fill(sheet: Any, names: Sequence[str], rows: Iterator[Sequence[Any]], bold: Any) -> None:
+    sheet.freeze_panes(1, 0)
+    sheet.write_row(0, 0, names, bold)
+    for number, row in enumerate(rows, start=1):
+        if number >= _SHEET_ROWS:
+            raise SettingsError(
+                f"{sheet.get_name()}: more than {_SHEET_ROWS - 1:,} rows, which no sheet holds: use the CSV or Parquet"
+            )
+        for column, value in enumerate(row):
+            if value is not None:
+                sheet.write(number, column, value)
+
+
+def _tables(
+    results: Results, safe_distance_m: float | None
+) -> Iterator[tuple[str, tuple[list[str], Iterator[Sequence[Any]]]]]:
+    """Yield each table's name with its columns' names and its rows, corrections applied."""
+    duck = results.view()
+    for table, columns in all_columns().items():
+        cursor = duck.execute(table_query(table, safe_distance_m))
+        yield table, ([c.name for c in columns], _rows(cursor))
+
+
+def _rows(cursor: Any) -> Iterator[Sequence[Any]]:
+    while rows := cursor.fetchmany(_ROWS_AT_ONCE):
+        yield from rows
