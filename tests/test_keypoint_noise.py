@@ -5,9 +5,19 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from benchmarks.networks.hand_labels import Pair
+from benchmarks.networks.keypoint_noise import fitted, lengths
+from proxemetry.anthropometry import LENGTHS
+from proxemetry.camera import Camera
+from proxemetry.locate import LocateSettings
+from proxemetry.locate.scenefit import locate
+from proxemetry.locate.scenefit.body_model import body_model
+from proxemetry.locate.scenefit.evidence import evidence_of
+from proxemetry.locate.scenefit.hypotheses import body_types
 from proxemetry.people import People
-from proxemetry.people.keypoint_noise import NoiseLaw, apparent_stature_px, law_of, laws, people_sd_px, sd_px
-from proxemetry.people.skeleton import COCO_17, SKELETONS
+from proxemetry.people.keypoint_noise import NoiseLaw, apparent_stature_px, law_of, laws, people_sd_px
+from proxemetry.people.skeleton import BLAZEPOSE_33, COCO_17, SKELETONS
+from proxemetry.pose import BACKENDS
 
 SCORES = st.floats(0.01, 1.0)
 SIZES = st.floats(10, 5000)
@@ -16,12 +26,12 @@ SIZES = st.floats(10, 5000)
 @given(st.sampled_from(sorted(laws())), st.sampled_from(COCO_17.joints), SCORES, SCORES, SIZES)
 def test_a_surer_joint_is_never_worse(source: str, joint: str, one: float, other: float, body_px: float) -> None:
     low, high = sorted((one, other))
-    assert sd_px(source, joint, high, body_px) <= sd_px(source, joint, low, body_px)
+    assert law_of(source).sd_px(joint, high, body_px) <= law_of(source).sd_px(joint, low, body_px)
 
 
 @given(st.sampled_from(COCO_17.joints), SCORES, SIZES, st.floats(1, 10))
 def test_noise_grows_with_the_body_but_never_faster(joint: str, score: float, body_px: float, factor: float) -> None:
-    near, far = sd_px("coco17", joint, score, body_px * factor), sd_px("coco17", joint, score, body_px)
+    near, far = law_of("coco17").sd_px(joint, score, body_px * factor), law_of("coco17").sd_px(joint, score, body_px)
     assert far * (1 - 1e-12) <= near <= far * factor * (1 + 1e-12)
 
 
@@ -34,13 +44,13 @@ def test_the_law_in_numbers() -> None:
 
 
 def test_a_missing_joint_has_no_noise() -> None:
-    assert np.isnan(sd_px("coco17", "nose", 0.0, 300))
+    assert np.isnan(law_of("coco17").sd_px("nose", 0.0, 300))
 
 
 def test_unknown_sources_and_joints_get_the_default() -> None:
     assert law_of("no-such-back-end") is laws()["default"]
     assert law_of("no-such-back-end", "body25") is laws()["body25"]
-    assert sd_px("default", "left_thumb", 0.5, 100) == sd_px("default", "other", 0.5, 100)
+    assert law_of("default").sd_px("left_thumb", 0.5, 100) == law_of("default").sd_px("other", 0.5, 100)
 
 
 def test_every_skeleton_is_listed_and_every_row_says_where_it_is_from() -> None:
@@ -78,3 +88,76 @@ def test_people_sd_has_a_number_for_every_seen_joint() -> None:
     assert sd.shape == (1, 17)
     assert np.isfinite(sd).sum() == 5
     assert people_sd_px(People.none(COCO_17)).shape == (0, 17)
+
+
+def _seen_by(name: str) -> People:
+    """A person of the row's skeleton, every joint at another score, seen by its back end where it is one's."""
+    skeleton = SKELETONS.get(name, BLAZEPOSE_33 if name == "blazepose" else COCO_17)
+    points = np.random.default_rng(1).uniform(100, 900, (1, len(skeleton), 2))
+    scores = np.linspace(0.2, 0.9, len(skeleton))[None]
+    return People(skeleton, points, scores, source="" if name in SKELETONS else name)
+
+
+@pytest.mark.parametrize("name", sorted(set(laws()) - {"default"}))
+def test_every_row_reaches_the_scene_fit(name: str) -> None:
+    assert name in SKELETONS or name in BACKENDS
+    law, people = laws()[name], _seen_by(name)
+    model = body_model(people.skeleton)
+    evidence = evidence_of(people, Camera.centred(800, 1000, 1000), model)
+    joints = [people.skeleton.joints[column] for column in model.columns]
+    scores = people.scores[:, model.columns]
+    assert evidence.waver == pytest.approx(law.waver(joints, scores))
+    assert (evidence.seen == (scores >= law.lowest_score)).all()
+    assert evidence.resolution == pytest.approx(max(law.floor_px, 4e-4 * np.hypot(1000, 1000)) / 800)
+    assert dict(zip(LENGTHS, evidence.lengths, strict=True)) == {
+        length: (law.scale.get(length, 1.0), law.common.get(length, 0.0)) for length in LENGTHS
+    }
+    assert {*law.scale, *law.common} <= set(LENGTHS)
+
+
+def test_lengths_seen_otherwise_change_the_bodies_that_are_looked_for() -> None:
+    plain, seen = (body_types("adults", 0.0, as_seen)[0] for as_seen in ((), ((1.0, 0.0),) * 2 + ((0.9, 0.1),) * 4))
+    assert seen.mean - plain.mean == pytest.approx([0, 0, *[np.log(0.9)] * 4])
+    wider = np.linalg.inv(seen.precision) - np.linalg.inv(plain.precision)
+    assert wider == pytest.approx(np.diag([0, 0, *[0.01] * 4]), abs=1e-9)
+
+
+def test_a_shrunken_torso_is_no_distant_person() -> None:
+    """Who is known to be seen with short torsos and narrow shoulders is not put farther away for it."""
+    people = _standing(500, [*(f"{s}_shoulder" for s in ("left", "right")), *(f"{s}_hip" for s in ("left", "right"))])
+    points = people.keypoints_px + (500, 700)
+    camera = Camera.centred(800, 1000, 1000)
+    plain, known = (
+        locate(People(COCO_17, points, people.scores, source=source), camera, LocateSettings("adults"))
+        for source in ("", "blazepose")
+    )
+    assert known.positions_m[0, 2] < plain.positions_m[0, 2]
+    assert known.position_sd_m[0, 2] > plain.position_sd_m[0, 2]
+
+
+def test_the_benchmark_finds_the_law_again() -> None:
+    rng = np.random.default_rng(3)
+    law = NoiseLaw({"other": 0.0}, {"eye": 0.004, "shoulder": 0.008, "other": 0.012}, 1.6, 1.0, "made up")
+    joints = ["left_eye", "right_shoulder", "left_knee"] * 700
+    score, body_px = rng.uniform(0.3, 1, len(joints)), np.exp(rng.uniform(3.5, 7, len(joints)))
+    sd = [float(law.sd_px(joint, s, b).item()) / b for joint, s, b in zip(joints, score, body_px, strict=True)]
+    found = fitted(joints, score, body_px, rng.standard_t(5, (len(joints), 2)) * np.array(sd)[:, None])
+    assert found.score_power == pytest.approx(1.6, abs=0.21)
+    assert found.floor_px == pytest.approx(1.0, abs=0.31)
+    for kind, expected in (("eye", 0.004), ("shoulder", 0.008), ("knee", 0.012)):
+        assert found.spread[kind] == pytest.approx(expected, rel=0.15)
+
+
+def test_lengths_tell_what_all_people_and_what_each_has_in_common() -> None:
+    rng = np.random.default_rng(4)
+    law = NoiseLaw({"other": 0.0}, {"other": 0.01}, 1.0, 0.0, "made up")
+    truth = _standing(500, list(COCO_17.joints))
+    found: list[Pair] = []
+    for _ in range(300):
+        width = 0.9 * (1 + rng.normal(0, 0.1))
+        wider = np.array([width if "shoulder" in joint else 1.0 for joint in COCO_17.joints])
+        points = truth.keypoints_px * np.stack([wider, np.ones(17)], axis=1) + rng.normal(0, 5, (1, 17, 2))
+        found.append(Pair("", truth, 0, People(COCO_17, points, truth.scores), 0, 500.0))
+    rows = {name: (ratio, common) for name, _, ratio, _, common in lengths(found, law)}
+    assert rows["shoulders"] == pytest.approx((0.9, 0.09), abs=0.025)
+    assert rows["torso"] == pytest.approx((1.0, 0.0), abs=0.02)

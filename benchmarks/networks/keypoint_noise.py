@@ -1,169 +1,163 @@
-"""How steady each joint of a pose back end is: the numbers behind `keypoint_noise.toml`.
+"""What a back end's joints are worth: the rows of `keypoint_noise.toml`.
 
-    python -m benchmarks.networks.keypoint_noise --photos DIR [--models DIR] --pose NAME [--runs 6]
+    python -m benchmarks.networks.keypoint_noise --pose NAME [--labels DIR] [--repeat DIR] [--models DIR]
 
-Every photo is shown several times, each time cut and resized a little differently and every other time mirrored, and
-each joint's spread over the runs is fitted by the law of `proxemetry.people.keypoint_noise`: what a detector's answer
-owes to how a person happens to lie on its grid. What it owes to where people would put the joint is not in it: that is
-the law's `definition`, COCO's spread between annotators (the OKS sigmas). Where the photos have labels (people.json:
-the middle of the shoulders, to about 5 px), the error against them is a check of both.
+From hand-labelled people (`hand_labels`): how far each kind of joint lies from its label by score and by size in the
+photo (`proxemetry.people.keypoint_noise` has the law); by how much lengths between joints differ from the labelled ones
+for everybody (`scale`), and from person to person beyond what the noise of their ends explains (`common`). Errors have
+Student's tails, as the scene fit has them. Kinds of joint are taken together where the labels are few: all of the head,
+shoulders, hips, knees with ankles and what is below them. What annotators waver themselves is in it, so the rows are a
+little too wide where scores are high.
+
+With --repeat the photos of a folder are shown in other ways (`consistency`), and a comment says which part of the law's
+noise differs from look to look: the rest is the network's own opinion of a person, which no second look reveals.
 """
 
 from __future__ import annotations
 
 import argparse
-import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
-import cv2
 import numpy as np
+from numpy.typing import NDArray
 
-from benchmarks.networks.backends import photos_in
+from benchmarks.networks.consistency import looks_at, photos_below, same_people
+from benchmarks.networks.hand_labels import LENGTHS, Pair, joint_arrays, labelled_people, pairs
 from benchmarks.networks.networks_at_hand import add_models_option
-from proxemetry.arrays import FloatArray
-from proxemetry.intervals import HALF_WIDTH_SD
-from proxemetry.people import People, PoseBackend
+from proxemetry.people import PoseBackend
 from proxemetry.people.keypoint_noise import NoiseLaw, apparent_stature_px, laws
-from proxemetry.people.skeleton import MIDDLES, kind_of
+from proxemetry.people.skeleton import Skeleton, kind_of
 from proxemetry.photo import Photo
 from proxemetry.pose import PoseOptions, backend_named
-from proxemetry.pose.cross_check import _closeness  # pyright: ignore[reportPrivateUsage]
 
-_MOST_CUT, _MOST_RESIZED = 0.05, 0.12
-_FEWEST_RUNS = 4
+FloatArray = NDArray[np.float64]
+
+#: Kinds of joint that are measured together; the last has the others besides.
+GROUPS: Mapping[str, tuple[str, ...]] = {
+    "head": ("nose", "eye", "eye_inner", "eye_outer", "ear", "mouth"),
+    "shoulders": ("shoulder",),
+    "hips": ("hip",),
+    "arms": ("elbow", "wrist", "pinky", "index", "thumb"),
+    "legs": ("knee", "ankle", "heel", "big_toe", "small_toe"),
+}
+#: The scene fit does not use them: they do not choose power and floor.
+_UNUSED = ("arms",)
+_FLOORS_PX = (0.2, 0.35, 0.5, 0.7, 1.0, 1.3, 1.6, 2.0)
+_POWERS = np.arange(0.4, 2.41, 0.2)
+_SCALES = np.geomspace(5e-4, 0.08, 90)
+_DOF = 5.0
 _MEDIAN_OF_NORMAL = 0.6745
+#: Fewer labelled lengths say nothing of how people differ.
+_FEWEST = 12
 
 
-def jittered(photo: Photo, rng: np.random.Generator, mirror: bool) -> tuple[Photo, FloatArray, float]:
-    """Return the photo cut at random edges and resized, where its corner was, and the factor."""
-    pixels = photo.pixels()
-    height, width = pixels.shape[:2]
-    x0, x1 = rng.integers(0, round(_MOST_CUT * width) + 1, 2)
-    y0, y1 = rng.integers(0, round(_MOST_CUT * height) + 1, 2)
-    part = pixels[y0 : height - y1, x0 : width - x1]
-    wanted = 1 + rng.uniform(-_MOST_RESIZED, _MOST_RESIZED)
-    size = round(part.shape[1] * wanted), round(part.shape[0] * wanted)
-    drawn = cv2.resize(part, size, interpolation=cv2.INTER_AREA if wanted < 1 else cv2.INTER_CUBIC)
-    factor = size[0] / part.shape[1]
-    return Photo.from_array(np.ascontiguousarray(drawn[:, ::-1] if mirror else drawn)), np.array([x0, y0]), factor
-
-
-def runs_of(backend: PoseBackend, photo: Photo, runs: int, rng: np.random.Generator) -> list[People]:
-    """Return the people of each run, in pixels of the photo; the first run is of the photo itself."""
-    seen = [backend.detect(photo)]
-    for run in range(runs - 1):
-        shown, corner, factor = jittered(photo, rng, mirror=run % 2 == 1)
-        people = backend.detect(shown)
-        people = people.mirrored(shown.width) if run % 2 == 1 else people
-        people = people.scaled(1 / factor, 1 / factor)
-        boxes = people.boxes_px + np.tile(corner, 2)
-        seen.append(People(people.skeleton, people.keypoints_px + corner, people.scores, boxes, people.person_scores))
-    return seen
-
-
-def spreads(seen: Sequence[People]) -> Iterator[tuple[int, float, float, FloatArray]]:
-    """Yield joint, mean score, apparent stature in pixels, and deviations of shape (runs, 2) from their median."""
-    reference = seen[0]
-    statures = apparent_stature_px(reference)
-    same = [_closeness(reference, people) for people in seen]
-    for person in range(len(reference)):
-        rows = [
-            (people, int(near[person].argmax()))
-            for people, near in zip(seen, same, strict=True)
-            if near.size and near[person].max() > 0.5
-        ]
-        if len(rows) < _FEWEST_RUNS:
-            continue
-        points = np.stack([people.keypoints_px[row] for people, row in rows])
-        scores = np.stack([people.scores[row] for people, row in rows])
-        for joint in range(points.shape[1]):
-            there = scores[:, joint] > 0
-            if there.sum() >= _FEWEST_RUNS:
-                own = points[there, joint]
-                deviation = (own - np.median(own, axis=0)) * np.sqrt(len(own) / (len(own) - 1))
-                yield joint, float(scores[there, joint].mean()), float(statures[person]), deviation
-
-
-def fitted(rows: Sequence[tuple[int, float, float, FloatArray]], joints: Sequence[str]) -> NoiseLaw:
-    """Return the law under which the spreads are likeliest, their tails as heavy as Student's with 3 degrees."""
-    joint = np.concatenate([np.full(d.size, j) for j, _, _, d in rows])
-    score = np.concatenate([np.full(d.size, s) for _, s, _, d in rows])
-    body = np.concatenate([np.full(d.size, b) for _, _, b, d in rows])
-    deviation = np.abs(np.concatenate([d.ravel() for *_, d in rows]))
-    names = [kind_of(name) for name in joints]
-    kind = np.array([names[j] for j in joint])
-    best: tuple[float, NoiseLaw] | None = None
-    for floor in (0.2, 0.35, 0.5, 0.7, 1.0):
-        for power in np.arange(0, 2.51, 0.1):
-            relative: dict[str, float] = {}
-            cost = 0.0
-            for each in sorted(set(kind)):
-                own = kind == each
-                unit = np.clip(score[own], 0.1, 1) ** -power * body[own]
-                relative[each] = _scale(deviation[own], unit, floor)
-                sd = np.hypot(floor, relative[each] * unit)
-                cost += float((np.log(sd) + 2 * np.log1p((deviation[own] / sd) ** 2 / 3)).sum())
-            if best is None or cost < best[0]:
-                relative["other"] = max(relative.values())
-                best = cost, NoiseLaw(laws()["default"].definition, relative, float(power), floor, "this run")
+def fitted(joints: Sequence[str], score: FloatArray, body_px: FloatArray, error: FloatArray) -> NoiseLaw:
+    """Return the law under which errors are likeliest: score and body_px (N,), error (N, 2) in statures."""
+    group = np.array([_group_of(kind_of(joint)) for joint in joints])
+    best: tuple[float, float, float, dict[str, float]] | None = None
+    for floor in _FLOORS_PX:
+        for power in _POWERS:
+            scales, total = {}, 0.0
+            for name in sorted(set(group)):
+                own = group == name
+                unit = np.clip(score[own], 0.1, 1) ** -power
+                sd = np.hypot(_SCALES[:, None] * unit, floor / body_px[own])[..., None]
+                cost = np.log(sd) * 2 + (_DOF + 1) / 2 * np.log1p((error[own] / sd) ** 2 / _DOF).sum(-1, keepdims=True)
+                costs = cost.sum(axis=(1, 2))
+                scales[name] = float(_SCALES[costs.argmin()])
+                total += float(costs.min()) * (name not in _UNUSED)
+            if best is None or total < best[0]:
+                best = total, floor, float(power), scales
     assert best is not None
-    return best[1]
+    _, floor, power, scales = best
+    spread = {kind: scales[name] for name, kinds in GROUPS.items() if name in scales for kind in kinds}
+    return NoiseLaw(
+        laws()["default"].definition, {**spread, "other": max(scales.values())}, round(power, 1), floor, "this run"
+    )
 
 
-def _scale(deviation: FloatArray, unit: FloatArray, floor: float) -> float:
-    """Return the factor at which half of the deviations lie within a normal distribution's middle half."""
-    low, high = 1e-6, 1.0
-    for _ in range(40):
-        middle = np.sqrt(low * high)
-        inside = np.median(deviation / np.hypot(floor, middle * unit)) < _MEDIAN_OF_NORMAL
-        low, high = (low, middle) if inside else (middle, high)
-    return float(high)
+def _group_of(kind: str) -> str:
+    return next((name for name, kinds in GROUPS.items() if kind in kinds), "legs")
 
 
-def check_against_labels(backend: PoseBackend, folder: Path, law: NoiseLaw) -> str:
-    """Return one line on the middle of the shoulders against its labels, in units of the law's deviation."""
-    images = json.loads((folder / "people.json").read_text())["images"]
-    ratios: list[float] = []
-    for path in photos_in(folder):
-        people = backend.detect(Photo.open(path))
-        statures, neck = apparent_stature_px(people), people.joint("neck")
-        for label in images.get(path.name, {"people": []})["people"]:
-            gaps = np.linalg.norm(neck - label["mid_shoulder"], axis=1) / np.maximum(statures, 1)
-            if not len(gaps) or not np.nanmin(np.nan_to_num(gaps, nan=np.inf)) < 0.1:
-                continue
-            row = int(np.nanargmin(gaps))
-            pair = [law.sd_px(j, people.joint_score(j)[row], statures[row]) for j in MIDDLES["neck"]]
-            sd = np.sqrt(np.square(pair).sum() / 4 + 5.0**2)
-            ratios.extend(np.abs(neck[row] - label["mid_shoulder"]) / sd)
-    within = np.mean(np.array(ratios) < HALF_WIDTH_SD)
-    return f"# middle of the shoulders against {len(ratios) // 2} labels: {within:.0%} within 90 % of the law's noise"
+def lengths(found: Sequence[Pair], law: NoiseLaw) -> Iterator[tuple[str, int, float, float, float]]:
+    """Yield name, number, median ratio to the labelled length and its standard error, and what people have in common.
+
+    The last is the relative standard deviation from person to person beyond the noise of the length's ends.
+    """
+    for name in LENGTHS:
+        rows = [(*ratio, pair.stature_px) for pair in found if (ratio := pair.ratio(name)) is not None]
+        if len(rows) < _FEWEST:
+            continue
+        ratios = np.array([row[0] for row in rows])
+        expected = np.array([_end_noise(name, law, row[2], row[3]) / row[1] for row in rows])
+        middle = float(np.median(ratios))
+        spread = np.median(np.abs(ratios - middle)) / _MEDIAN_OF_NORMAL
+        common = float(np.sqrt(max(spread**2 - np.median(expected) ** 2, 0.0)))
+        yield name, len(rows), middle, float(1.2533 * spread / np.sqrt(len(rows))), common
+
+
+def _end_noise(name: str, law: NoiseLaw, scores: tuple[float, float], body_px: float) -> float:
+    """Return the noise of a length along itself, in statures; middles of two joints have half the variance."""
+    one, other, _ = LENGTHS[name]
+    variance = 0.0
+    for joint, score in zip((one, other), scores, strict=True):
+        kind, halved = {"neck": ("shoulder", 2), "mid_hip": ("hip", 2)}.get(joint, (joint, 1))
+        own = law.waver([kind], [max(score, 0.1)])[0] ** 2 + (law.floor_px / body_px) ** 2
+        variance += float(own) / halved
+    return float(np.sqrt(variance))
+
+
+def repeated(backend: PoseBackend, photos: Sequence[Path], law: NoiseLaw) -> float:
+    """Return how much of the law's noise differs from look to look: 1 where all of it does."""
+    units: list[FloatArray] = []
+    for path in photos:
+        first, *others = looks_at(Photo.open(path), backend)
+        people = first.in_photo()
+        statures = apparent_stature_px(people)
+        for other in others:
+            again = other.in_photo()
+            for row, column in same_people(people, again):
+                moved = (again.keypoints_px[column] - people.keypoints_px[row]) / statures[row]
+                waver = [law.waver(people.skeleton.joints, p.scores[r]) for p, r in ((people, row), (again, column))]
+                floor = law.floor_px / statures[row]
+                units.append(np.abs(moved / np.hypot(*(np.hypot(w, floor) for w in waver))[:, None]).ravel())
+    return float(np.nanmedian(np.concatenate(units)) / _MEDIAN_OF_NORMAL)
+
+
+def row_of(name: str, skeleton: Skeleton, found: Sequence[Pair], law: NoiseLaw) -> list[str]:
+    """Return the lines of a back end's row."""
+    number = sum(len(list(pair.errors())) for pair in found)
+    lines = [
+        f"[{name}]",
+        f'origin = "{number} joints of {len(found)} people labelled by hand (benchmarks/networks/keypoint_noise.py)"',
+        f"score_power = {law.score_power}", f"floor_px = {law.floor_px}", "", f"[{name}.spread]",
+    ]  # fmt: skip
+    kinds = dict.fromkeys([*map(kind_of, skeleton.joints), "other"])
+    lines += [f"{kind} = {law.spread.get(kind, law.spread['other']):.4f}" for kind in kinds]
+    lines.append("")
+    for length, count, ratio, error, common in lengths(found, law):
+        lines.append(f"# {length}: {ratio:.3f} of {count} labelled, give or take {error:.3f}; common {common:.3f}")
+    return lines
 
 
 def main() -> None:
-    """Print the law as a table for `keypoint_noise.toml`."""
+    """Print the row of a back end as it stands in `keypoint_noise.toml`."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--photos", type=Path, default=Path("../shared/data/photos"))
+    parser.add_argument("--labels", type=Path, default=Path("../shared/data/labelled_people"))
+    parser.add_argument("--repeat", type=Path, help="photos to look at again and again")
     add_models_option(parser)
     parser.add_argument("--pose", required=True)
     parser.add_argument("--effort", default="normal")
-    parser.add_argument("--runs", type=int, default=6)
-    parser.add_argument("--seed", type=int, default=1)
     args = parser.parse_args()
     backend = backend_named(args.pose, PoseOptions(effort=args.effort))
-    rng = np.random.default_rng(args.seed)
-    rows = [
-        row for path in photos_in(args.photos) for row in spreads(runs_of(backend, Photo.open(path), args.runs, rng))
-    ]
-    steady = fitted(rows, backend.skeleton.joints)
-    number = len(rows)
-    print(f"[{backend.name}]")
-    print(f'origin = "spread over {args.runs} jittered runs of {number} joints; definition as the default"')
-    print(f"score_power = {steady.score_power:.1f}\nfloor_px = {steady.floor_px}\n\n[{backend.name}.spread]")
-    for kind, value in steady.spread.items():
-        print(f"{kind} = {value:.4f}")
-    if (args.photos / "people.json").is_file():
-        print(check_against_labels(backend, args.photos, steady))
+    found = pairs(backend, labelled_people(args.labels))
+    arrays = joint_arrays(found)
+    law = fitted(arrays["joint"], arrays["score"], arrays["body_px"], arrays["error"])
+    print("\n".join(row_of(backend.name, backend.skeleton, found, law)))
+    if args.repeat:
+        print(f"# {repeated(backend, photos_below([args.repeat]), law):.2f} of it differs from look to look")
 
 
 if __name__ == "__main__":

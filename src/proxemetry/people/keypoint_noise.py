@@ -6,7 +6,9 @@ The law, per image axis and with `body_px` the apparent stature (see `apparent_s
 
 floor_px is what a photo's own pixels cost, definition[joint] how far people differ on where the joint is, spread[joint]
 how much the detector's answer wavers at score 1, both as fractions of the stature, and score_power how that grows as
-it gets unsure. The table `keypoint_noise.toml` holds the numbers with their origin;
+it gets unsure. Besides, a back end may see lengths between joints longer or shorter than they are: everybody's alike
+(`scale`), and each person's by as much at all of their joints (`common`: a head that is seen too narrow is too narrow
+at both ears). The table `keypoint_noise.toml` holds the numbers with their origin;
 `benchmarks/networks/keypoint_noise.py` measures them.
 """
 
@@ -16,7 +18,7 @@ import functools
 import importlib.resources
 import tomllib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -44,7 +46,9 @@ class NoiseLaw:
     """The noise of one back end or skeleton.
 
     definition, spread: joint name (without its side) -> fraction of the apparent stature, one image axis; what is not
-    listed has that of "other". origin: where the numbers come from.
+    listed has that of "other". origin: where the numbers come from. scale, common: name of a length
+    (`anthropometry.LENGTHS`) -> how long it is seen, of its true length, and the relative standard deviation of that
+    from person to person; what is not listed is seen as it is. lowest_score: what scores less is drawn, not seen.
     """
 
     definition: Mapping[str, float]
@@ -52,9 +56,15 @@ class NoiseLaw:
     score_power: float
     floor_px: float
     origin: str
+    scale: Mapping[str, float] = field(default_factory=dict[str, float])
+    common: Mapping[str, float] = field(default_factory=dict[str, float])
+    lowest_score: float = 0.05
 
     def sd_px(self, joint: str, score: ArrayLike, body_px: ArrayLike) -> FloatArray:
-        """Return the standard deviation along one image axis, pixels; NaN where the score is 0."""
+        """Return the standard deviation along one image axis, pixels; NaN where the score is 0.
+
+        score and body_px broadcast.
+        """
         kind = kind_of(joint)
         definition = self.definition.get(kind, self.definition["other"])
         return np.hypot(
@@ -85,7 +95,8 @@ def laws() -> Mapping[str, NoiseLaw]:
         name: NoiseLaw(
             {**default["definition"], **row.get("definition", {})},
             {**default["spread"], **row.get("spread", {})},
-            row["score_power"], row["floor_px"], row["origin"],
+            row["score_power"], row["floor_px"], row["origin"], row.get("scale", {}), row.get("common", {}),
+            row.get("lowest_score", NoiseLaw.lowest_score),
         )
         for name, row in table.items()
     }  # fmt: skip
@@ -97,18 +108,14 @@ def law_of(*sources: str) -> NoiseLaw:
     return next((known[source] for source in sources if source in known), known[DEFAULT_SOURCE])
 
 
-def sd_px(source: str, joint: str, score: ArrayLike, body_px: ArrayLike) -> FloatArray:
-    """Return the standard deviation of a joint's position along one image axis, pixels.
-
-    source: a back end's or a skeleton's name (an unknown one gets the default law). score and body_px broadcast.
-    NaN where the score is 0, as the joint is missing there.
-    """
-    return law_of(source).sd_px(joint, score, body_px)
+def law_for(people: People) -> NoiseLaw:
+    """Return the law of the back end that saw people, else their skeleton's."""
+    return law_of(people.source, people.skeleton.name)
 
 
-def people_sd_px(people: People, source: str = "") -> FloatArray:
+def people_sd_px(people: People) -> FloatArray:
     """Return the standard deviations of all joints of all people, shape (P, K), pixels; NaN where missing."""
-    law, body_px = law_of(source, people.skeleton.name), apparent_stature_px(people)
+    law, body_px = law_for(people), apparent_stature_px(people)
     columns = [law.sd_px(joint, people.scores[:, k], body_px) for k, joint in enumerate(people.skeleton.joints)]
     return np.stack(columns, axis=1) if columns else np.zeros((len(people), 0))
 

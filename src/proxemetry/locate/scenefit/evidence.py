@@ -7,17 +7,20 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ...anthropometry import LENGTHS
 from ...arrays import FloatArray
 from ...camera import Camera
 from ...people import People
-from ...people.keypoint_noise import law_of
+from ...people.keypoint_noise import law_for
 from .body_model import BodyModel
 
-#: Keypoints below this score are absent.
-LOWEST_SCORE = 0.05
+#: How long each of `anthropometry.LENGTHS` is seen, of its true length, and by how much that differs between people.
+SeenLengths = tuple[tuple[float, float], ...]
+
 #: Detectors pile what lies outside the photo up at its edge: this share of the diagonal from it is outside.
 _EDGE = 0.002
-#: What no detector resolves, as a share of the photo's diagonal: about 0.7 px of a 1600 x 900 photo.
+#: What no detector resolves, as a share of the photo's diagonal: about 0.7 px of a 1600 x 900 photo. The back end's own
+#: floor holds where that is more.
 _RESOLUTION = 4e-4
 
 
@@ -28,6 +31,7 @@ class Evidence:
     points: shape (P, K, 2), zero where absent. seen: shape (P, K). waver: shape (P, K), how far the
     detector strays at that score, in statures. resolution: the noise of a sharp point, in the same units as points.
     heading_rad, heading_sd_rad: shape (P,), what the back end says itself, in the camera frame; NaN where nothing.
+    lengths: what the back end makes of body lengths, in the order of `anthropometry.LENGTHS`.
     """
 
     points: FloatArray
@@ -36,6 +40,7 @@ class Evidence:
     resolution: float
     heading_rad: FloatArray
     heading_sd_rad: FloatArray
+    lengths: SeenLengths = ()
 
 
 def evidence_of(people: People, camera: Camera, model: BodyModel) -> Evidence:
@@ -45,15 +50,18 @@ def evidence_of(people: People, camera: Camera, model: BodyModel) -> Evidence:
     diagonal = float(np.hypot(camera.width, camera.height))
     margin = _EDGE * diagonal
     inside = (pixels > margin).all(axis=-1) & (pixels < (camera.width - margin, camera.height - margin)).all(axis=-1)
-    seen = inside & (scores >= LOWEST_SCORE)
+    law = law_for(people)
+    seen = inside & (scores >= law.lowest_score)
     points = (pixels - (camera.cx, camera.cy)) / (camera.fx, camera.fy)
+    joints = [people.skeleton.joints[column] for column in model.columns]
     return Evidence(
         points=np.where(seen[..., None], points, 0.0),
         seen=seen,
-        waver=_waver(people, scores, model),
-        resolution=_RESOLUTION * diagonal / camera.f_px,
+        waver=np.nan_to_num(law.waver(joints, scores)),
+        resolution=max(_RESOLUTION * diagonal, law.floor_px) / camera.f_px,
         heading_rad=people.heading_rad - _azimuth(points, seen),
         heading_sd_rad=people.heading_sd_rad,
+        lengths=tuple((law.scale.get(name, 1.0), law.common.get(name, 0.0)) for name in LENGTHS),
     )
 
 
@@ -61,8 +69,3 @@ def _azimuth(points: FloatArray, seen: NDArray[np.bool_]) -> FloatArray:
     """Return how far to the right of the camera's axis everybody is seen, radians (P,): headings count from there."""
     across = np.where(seen, points[..., 0], 0.0).sum(axis=1) / np.maximum(seen.sum(axis=1), 1)
     return np.arctan(across)
-
-
-def _waver(people: People, scores: FloatArray, model: BodyModel) -> FloatArray:
-    joints = [people.skeleton.joints[column] for column in model.columns]
-    return np.nan_to_num(law_of(people.skeleton.name).waver(joints, scores))

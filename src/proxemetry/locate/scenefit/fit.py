@@ -73,7 +73,7 @@ def _measurable(evidence: Evidence) -> NDArray[np.bool_]:
 def _taken(evidence: Evidence, index: NDArray[np.intp]) -> Evidence:
     return Evidence(
         evidence.points[index], evidence.seen[index], evidence.waver[index], evidence.resolution,
-        evidence.heading_rad[index], evidence.heading_sd_rad[index],
+        evidence.heading_rad[index], evidence.heading_sd_rad[index], evidence.lengths,
     )  # fmt: skip
 
 
@@ -105,7 +105,7 @@ def _fit(
     evidence: Evidence, prior: SharedPrior, settings: LocateSettings, usable: NDArray[np.intp], model: BodyModel
 ) -> Placed:
     sizes = settings.body_sizes or (None,) * (int(usable.max()) + 1)
-    types = [body_types(sizes[row] or settings.body_size, settings.child_weight) for row in usable]
+    types = [body_types(sizes[row] or settings.body_size, settings.child_weight, evidence.lengths) for row in usable]
     on_floor = np.array([settings.floor == "shared" and row not in settings.off_floor for row in usable])
     floor_sd = np.where(on_floor, FLOOR_SD_M, np.inf)
     start = look(evidence, np.exp([t[0].mean for t in types]), prior, model, on_floor.astype(float))

@@ -17,7 +17,7 @@ from ...arrays import FloatArray
 from .alternatives import Explanations
 from .body_model import BodyModel
 from .body_tables import POSTURE_WEIGHTS
-from .evidence import Evidence
+from .evidence import Evidence, SeenLengths
 from .projection import DEPTH, HEADING, LOG_LENGTHS, N_LOCAL, POINT, POSTURE, TURN, BodyTables
 from .solver import Rows
 from .start import HEADINGS, Start
@@ -62,17 +62,23 @@ class Bodytype:
 
 
 @cache
-def body_types(body_size: str, child_weight: float) -> tuple[Bodytype, ...]:
-    """Return the grown-ups and the children of a body size as one Gaussian each, the more likely first."""
+def body_types(body_size: str, child_weight: float, seen: SeenLengths = ()) -> tuple[Bodytype, ...]:
+    """Return the grown-ups and the children of a body size as one Gaussian each, the more likely first.
+
+    seen: what the back end makes of their lengths; as they are without it.
+    """
     groups = populations(body_size, child_weight)
     children = tuple(g for g in groups if g.name.startswith("children") and g.weight > 0)
     adults = tuple(g for g in groups if not g.name.startswith("children"))
-    types = [_body_type(part) for part in (adults, children) if part]
+    types = [_body_type(part, seen) for part in (adults, children) if part]
     return tuple(sorted(types, key=lambda t: -t.weight))
 
 
-def _body_type(groups: tuple[Population, ...]) -> Bodytype:
+def _body_type(groups: tuple[Population, ...], seen: SeenLengths) -> Bodytype:
     mean, covariance = moments(groups)
+    if seen:
+        scale, common = np.array(seen).T
+        mean, covariance = mean + np.log(scale), covariance + np.diag(common**2)
     precision = np.asarray(np.linalg.inv(covariance), dtype=float)
     return Bodytype(sum(g.weight for g in groups), mean, precision, float(np.linalg.slogdet(precision)[1]))
 
