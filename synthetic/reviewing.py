@@ -4,6 +4,7 @@ import socket
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -59,6 +60,7 @@ def draw_photo(path: Path, people: People, marked: bool = True) -> None:
         for k in range(-12, 13, 6):  # a face with something to recognise
             pen.line((x - 12, y + k, x + 12, y - k), fill=(40, 30, 30), width=2)
     exif = Image.Exif()
+    exif[0x010F], exif[0x0110] = "Maker", f"Model of {path.parent.name}"
     if marked:
         exif[0x010E] = "SECRET-CAPTION"
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -74,7 +76,8 @@ def scene_of(path: Path, name: str, people_m: list[tuple[float, float, float]] |
     estimate = CameraEstimate(camera, flags=(assumed,) if camera is ASSUMED else (),
                               reason=None if camera else "no focal length: state one with --focal-35mm")  # fmt: skip
     people = people_at(places_m, CAMERA)
-    return place(name, photo.sha256, photo.width, photo.height, people, estimate, SETTINGS)
+    scene = place(name, photo.sha256, photo.width, photo.height, people, estimate, SETTINGS)
+    return replace(scene, about=photo.metadata.about())
 
 
 def make_results(root: Path) -> Results:

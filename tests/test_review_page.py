@@ -428,6 +428,17 @@ def test_a_focal_length_is_set_for_a_whole_folder_and_taken_back(tab: Tab, resul
     assert tab.first_distance() == "1.5 m"
 
 
+def test_a_focal_length_is_set_for_the_photos_of_one_camera(tab: Tab, results: Results) -> None:
+    page = tab.page
+    tab.open_photo("assumed.jpg")
+    page.keyboard.press("f")
+    page.fill("#focal-focal_35mm", "28")
+    page.check("#dialog input[value=camera]")
+    page.keyboard.press("Enter")
+    tab.settled("Focal length set on 2 of 2 photos")
+    assert {photo for photo, _ in actions_of(results)} == {"park/assumed.jpg", "park/unknown.jpg"}
+
+
 def test_only_accepted_photos_count_as_reviewed(tab: Tab) -> None:
     page = tab.page
     tab.open_photo("two.jpg")

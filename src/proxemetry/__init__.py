@@ -17,6 +17,7 @@ from . import telemetry
 from .version import __version__
 
 if TYPE_CHECKING:
+    from .archive.figures.frames import ResultsFrames, measure_folder, read_results
     from .bodies import Bodies
     from .camera import Camera, CameraEstimate, Mount
     from .camera.focal import FocalRequest
@@ -43,11 +44,14 @@ __all__ = [
     "Photo",
     "PoseBackend",
     "ProxemetryError",
+    "ResultsFrames",
     "Scene",
     "Settings",
     "Skeleton",
     "__version__",
     "measure",
+    "measure_folder",
+    "read_results",
     "remeasure",
     "zone_of",
 ]
@@ -68,10 +72,13 @@ _HOME = {
     "Photo": "photo",
     "PoseBackend": "people",
     "ProxemetryError": "errors",
+    "ResultsFrames": "archive.figures.frames",
     "Scene": "scene",
     "Settings": "settings",
     "Skeleton": "people.skeleton",
     "measure": "measure",
+    "measure_folder": "archive.figures.frames",
+    "read_results": "archive.figures.frames",
     "remeasure": "measure",
     "zone_of": "distances",
 }

@@ -31,6 +31,10 @@ def measure(
     pose: str | PoseBackend | Callable[..., Any] = "auto",
     camera: Camera | CameraEstimate | FocalRequest | None = None,
     mount: Mount | None = None,
+    focal_35mm: float | None = None,
+    focal_mm: float | None = None,
+    sensor_mm: tuple[float, float] | None = None,
+    focal_px: float | None = None,
     method: str | None = None,
     settings: Settings | None = None,
 ) -> Scene:
@@ -38,7 +42,8 @@ def measure(
 
     photo: a file, upright RGB pixels of shape (H, W, 3), or a `Photo`. pose: a back end or its name. camera: what is
     known of it, before what the photo's metadata say. mount: where it is; its intrinsics, if it has any, stand where
-    no camera is given. method, camera and mount take precedence over `settings`.
+    no camera is given. focal_35mm, focal_mm with sensor_mm, focal_px: the focal length where `camera` is not given,
+    as the options of the command line of the same names. method, camera and mount take precedence over `settings`.
 
     Raises PhotoError where the photo cannot be read, KeypointsError where a back end's answer is malformed,
     CameraError, ModelError or SettingsError where what is asked for cannot be had. A photo without a known focal length
@@ -46,6 +51,11 @@ def measure(
     """
     started = time.perf_counter()
     settings = _checked_settings(settings or Settings())
+    stated = FocalRequest(focal_mm=focal_mm, focal_35mm=focal_35mm, focal_px=focal_px, sensor_mm=sensor_mm)
+    if stated != FocalRequest():
+        if camera is not None:
+            raise SettingsError("state the focal length or the camera, not both")
+        camera = stated
     settings = replace(
         settings,
         method=method or settings.method,

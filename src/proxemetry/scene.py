@@ -10,7 +10,8 @@ import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property
-from typing import Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -32,6 +33,13 @@ SCHEMA = "proxemetry.scene/2"
 STATUSES = ("ok", "no_camera", "failed", "excluded")
 
 _DIGITS = 7
+
+
+if TYPE_CHECKING:
+    import pandas
+    from matplotlib.figure import Figure
+
+    from .photo import Photo
 
 
 @dataclass(frozen=True)
@@ -138,6 +146,35 @@ class Scene:
     def renamed(self, photo: str) -> Scene:
         """Return the same scene under another photo's name: a copy of the same file."""
         return replace(self, photo=photo)
+
+    # For notebooks: each only calls what stands above it, loaded when it is asked for.
+
+    def people_frame(self) -> pandas.DataFrame:
+        """Return the people as a data frame with the columns of `people.csv`; needs the extra `notebook`."""
+        from .display import frame
+
+        return frame("people", self)
+
+    def pairs_frame(self) -> pandas.DataFrame:
+        """Return the pairs as a data frame with the columns of `pairs.csv`; needs the extra `notebook`."""
+        from .display import frame
+
+        return frame("pairs", self)
+
+    def plot(self, photo: Photo | str | Path | None = None, *, faces: str = "show", all_pairs: bool = False) -> Figure:
+        """Return the figure of `plots.overlay`; photo: its file, looked for under the scene's own name where None.
+
+        Raises SettingsError where matplotlib is missing, PhotoError where the named photo cannot be read or is another.
+        """
+        from .plots import overlay, photo_of
+
+        return overlay(self, photo_of(self, photo), faces=faces, all_pairs=all_pairs)
+
+    def _repr_html_(self) -> str:
+        """Return what a notebook shows: the scene in a line and its pairs, nearest first."""
+        from .display import html
+
+        return html(self)
 
     def to_json(self) -> str:
         """Return the scene as one line of JSON; missing numbers are null."""

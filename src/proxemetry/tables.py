@@ -125,6 +125,8 @@ _PHOTOS = (
     Column("country", "VARCHAR", "", "country (its metadata)", _about("country")),
     Column("city", "VARCHAR", "", "city (its metadata)", _about("city")),
     Column("source", "VARCHAR", "", "agency or source (its metadata)", _about("source")),
+    Column("camera_make", "VARCHAR", "", "maker of the camera (its metadata)", _about("camera_make")),
+    Column("camera_model", "VARCHAR", "", "model of the camera (its metadata)", _about("camera_model")),
     Column("creator", "VARCHAR", "", "who took the photo (its metadata; --with-names)", _about("creator")),
     Column("caption", "VARCHAR", "", "caption (its metadata; --with-names)", _about("caption")),
     Column(

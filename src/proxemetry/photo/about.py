@@ -9,8 +9,8 @@ from dataclasses import dataclass
 class About:
     """When and where a photo was taken and who made it, as its own metadata state; None where they state nothing.
 
-    date: ISO 8601. creator, caption, people (the names of those shown) and the coordinates of the place are there only
-    where they were asked for.
+    date: ISO 8601. camera_make, camera_model: as the file names its camera. creator, caption, people (the names of
+    those shown) and the coordinates of the place are there only where they were asked for.
     """
 
     date: str | None = None
@@ -22,6 +22,8 @@ class About:
     people: tuple[str, ...] = ()
     latitude_deg: float | None = None
     longitude_deg: float | None = None
+    camera_make: str | None = None
+    camera_model: str | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "people", tuple(self.people))

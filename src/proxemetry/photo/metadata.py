@@ -97,7 +97,7 @@ class Metadata:
         latitude, longitude = (None, None) if self.gps is None else (round(degrees, 6) for degrees in self.gps)
         return About(
             self.date, self.country, self.city, self.source, self.creator, self.caption, self.people, latitude,
-            longitude,
+            longitude, self.make, self.model,
         )  # fmt: skip
 
 

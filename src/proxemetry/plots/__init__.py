@@ -10,7 +10,7 @@ import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO
 
-from ..errors import OutputError, SettingsError
+from ..errors import OutputError, PhotoError, SettingsError
 from ..photo import Photo
 from ..scene import Scene
 from .faces import FACES
@@ -18,7 +18,7 @@ from .faces import FACES
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["FACES", "FORMATS", "overlay", "plan", "render", "save"]
+__all__ = ["FACES", "FORMATS", "overlay", "photo_of", "plan", "render", "save"]
 
 #: File name endings that `save` writes.
 FORMATS = (".png", ".jpg", ".jpeg", ".svg", ".pdf")
@@ -38,6 +38,22 @@ def overlay(scene: Scene, photo: Photo | None, *, faces: str = "show", all_pairs
     from .figure import overlay_figure
 
     return overlay_figure(scene, photo, faces, all_pairs)
+
+
+def photo_of(scene: Scene, photo: Photo | str | Path | None) -> Photo | None:
+    """Return the photo of a scene: the one given, else the file of the scene's name where it is still the same one.
+
+    Raises PhotoError where the photo given cannot be read or is not the one that was measured.
+    """
+    if photo is None:
+        if not scene.sha256 or not Path(scene.photo).is_file():
+            return None
+        found = Photo.open(scene.photo)
+        return found if found.sha256 == scene.sha256 else None
+    opened = photo if isinstance(photo, Photo) else Photo.open(photo)
+    if scene.sha256 and opened.sha256 and opened.sha256 != scene.sha256:
+        raise PhotoError(f"{opened.name}: not the photo that was measured as {scene.photo}")
+    return opened
 
 
 def plan(scene: Scene, *, all_pairs: bool = False) -> Figure:

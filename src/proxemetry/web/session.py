@@ -23,7 +23,7 @@ from .view import scene_view, summary_view
 
 PAGE_SIZE = 60
 #: What a correction may also be kept for -> what photos share then, None where nothing is known.
-SCOPES: dict[str, Callable[[Summary], str | None]] = {"folder": lambda s: s.group}
+SCOPES: dict[str, Callable[[Summary], str | None]] = {"folder": lambda s: s.group, "camera": lambda s: s.camera}
 _SCENES_KEPT = 64
 
 

@@ -19,7 +19,8 @@ class Summary:
     """What is known of a photo at a glance.
 
     group: the folder it lies in. nearest_m: the nearest pair's distance. spread: the widest of its intervals relative
-    to the distance; NaN where there is none. doubtful: the camera carries a flag or a guessed focal length.
+    to the distance; NaN where there is none. doubtful: the camera carries a flag or a guessed focal length. camera:
+    maker and model as the file names them.
     """
 
     photo: str
@@ -32,6 +33,7 @@ class Summary:
     spread: float
     doubtful: bool
     corrections: int = 0
+    camera: str | None = None
 
     @property
     def group(self) -> str:
@@ -55,6 +57,7 @@ def summary_of(scene: Scene) -> Summary:
         float(np.nanmax(widths)) if np.isfinite(widths).any() else math.nan,
         scene.camera.is_doubtful,
         0 if scene.review is None else scene.review.corrections,
+        _camera_name(scene.about.camera_make, scene.about.camera_model),
     )
 
 
@@ -73,16 +76,32 @@ def summaries(results: Results) -> list[Summary]:
             "coalesce(n_pairs, 0), "
             "list_min(list_transform(pairs, lambda p: p.distance_m)), "
             "list_max(list_transform(pairs, lambda p: (p.high_m - p.low_m) / p.distance_m)), "
-            "coalesce(camera_flags, '') != '' OR coalesce(focal_assumed, false) "
+            "coalesce(camera_flags, '') != '' OR coalesce(focal_assumed, false), camera_make, camera_model "
             f"FROM {parts.every_row(results.folder)} ORDER BY photo"
         )
         .fetchall()
     )
     return [
         changed.get(photo)
-        or Summary(photo, sha256, status, reason, people, pairs, _number(nearest), _number(spread), doubtful)
-        for photo, sha256, status, reason, people, pairs, nearest, spread, doubtful in rows
+        or Summary(
+            photo,
+            sha256,
+            status,
+            reason,
+            people,
+            pairs,
+            _number(nearest),
+            _number(spread),
+            doubtful,
+            camera=_camera_name(make, model),
+        )
+        for photo, sha256, status, reason, people, pairs, nearest, spread, doubtful, make, model in rows
     ]
+
+
+def _camera_name(make: str | None, model: str | None) -> str | None:
+    """Return how a file names its camera; None where it does not name a model."""
+    return None if model is None else f"{make or ''} {model}".strip()
 
 
 def _number(value: float | None) -> float:

@@ -1,0 +1,88 @@
+"""A folder of photos measured from Python, and results as pandas data frames. Needs the extra `notebook`."""
+
+from __future__ import annotations
+
+import importlib.util
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from ...errors import OutputError, SettingsError
+from ...scene import Scene
+from ...settings import Settings
+from ..run.run import run
+from ..run.schedule import Progress
+from ..run.work import Job
+from ..store.results import Results, table_query
+
+if TYPE_CHECKING:
+    import pandas
+
+
+@dataclass(frozen=True, eq=False)
+class ResultsFrames:
+    """The tables of a results folder as data frames, corrections applied; columns as the codebook explains them."""
+
+    results: Results
+
+    @cached_property
+    def photos(self) -> pandas.DataFrame:
+        """One row a photo."""
+        return self._frame("photos")
+
+    @cached_property
+    def people(self) -> pandas.DataFrame:
+        """One row a person."""
+        return self._frame("people")
+
+    @cached_property
+    def pairs(self) -> pandas.DataFrame:
+        """One row a pair of people."""
+        return self._frame("pairs")
+
+    def scenes(self) -> Iterator[Scene]:
+        """Yield every photo's scene."""
+        return self.results.scenes()
+
+    def _frame(self, table: str) -> pandas.DataFrame:
+        safe_m = self.results.run.get("safe_distance_m")
+        return self.results.view().execute(table_query(table, safe_m)).df()
+
+    def __repr__(self) -> str:
+        return f"ResultsFrames({self.results.folder.location!r}: photos, people, pairs)"
+
+
+def read_results(folder: str | Path) -> ResultsFrames:
+    """Return the tables of a results folder.
+
+    Raises OutputError where there are none or the run is not finished, SettingsError where pandas is missing.
+    """
+    if importlib.util.find_spec("pandas") is None:
+        raise SettingsError("data frames need an extra: pip install 'proxemetry[notebook]'")
+    results = Results.open(folder)
+    if missing := len(results.missing_shards()):
+        raise OutputError(f"{folder}: {missing} parts of the run are missing; measure the same photos again to go on")
+    return ResultsFrames(results)
+
+
+def measure_folder(
+    photos: str | Path | Sequence[str | Path],
+    out: str | Path,
+    *,
+    pose: str = "auto",
+    settings: Settings | None = None,
+    jobs: int | None = None,
+    restart: bool = False,
+    on_progress: Callable[[Progress], None] = lambda _: None,
+) -> ResultsFrames:
+    """Measure photos, folders or globs into a results folder, as `proxemetry measure` does, and return its tables.
+
+    A folder that an earlier call with the same settings left half done is gone on with. jobs: worker processes, one a
+    core where None; 0 measures in this process. Raises what `proxemetry.archive.run.run.run` raises.
+    """
+    named = [photos] if isinstance(photos, str | Path) else photos
+    job = Job(str(out), pose, settings=settings or Settings())
+    run([str(photo) for photo in named], job, jobs=jobs, restart=restart, tell=on_progress)
+    return read_results(out)
