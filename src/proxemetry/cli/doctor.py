@@ -89,7 +89,7 @@ def lines_of(photo: Photo, estimate: CameraEstimate) -> list[str]:
             f"{candidate.source}"
         )
         if chosen and estimate.why and len(estimate.candidates) > 1:
-            lines.append(f"     believed: {estimate.why}")
+            lines.append(f"              why: {estimate.why}")
     if camera is not None and camera.principal_sd_px:
         lines.append(f"  principal point: the middle, +-{HALF_WIDTH_SD * camera.principal_sd_px:.0f} px")
     if estimate.lens is not None:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import io
+import math
+import threading
 import warnings
 from collections.abc import Generator
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,72 +14,65 @@ import numpy as np
 
 from ..arrays import RGBArray
 from ..errors import PhotoError
+from .embedded import embedded
 from .metadata import Metadata, orientation_of, read_metadata
+from .raw import MEMORY_BUDGET_BYTES, RAW_EXTENSIONS, Header, raw_header, raw_pixels
 
 if TYPE_CHECKING:
     from PIL import Image
 
 
-RAW_EXTENSIONS = (
-    ".3fr",
-    ".arw",
-    ".cr2",
-    ".cr3",
-    ".dng",
-    ".iiq",
-    ".nef",
-    ".nrw",
-    ".orf",
-    ".pef",
-    ".raf",
-    ".rw2",
-    ".srw",
-)
+#: Of a JPEG: two bits for a block of 64 pixels in one colour, one of them spared by a progressive file's runs.
+_FEWEST_BYTES_PER_PX = 1 / 8 / 64 * 0.8
 _HEIC_BRANDS = (b"heic", b"heix", b"heim", b"heis", b"hevc", b"hevx", b"mif1", b"msf1")
 #: Pillow reads 40 formats, one of them by running another program; these are the ones photographs come in.
-_PILLOW_FORMATS = ("JPEG", "PNG", "TIFF", "WEBP", "AVIF", "GIF", "BMP")
-#: What decoding one photo may take. It holds a 108-megapixel JPEG, and keeps a hostile file from taking the machine.
-MEMORY_BUDGET_BYTES = 800_000_000
+_PILLOW_FORMATS = ("JPEG", "PNG", "TIFF", "WEBP", "AVIF", "GIF", "BMP", "JPEG2000")
 #: Converted at once: little enough to stay in a processor's cache on the way.
 _STRIP_PX = 50_000
-_RAW_EXIF_BYTES = 64_000_000
-
-
-@dataclass(frozen=True)
-class Header:
-    """What is known of a file before its pixels are decoded; the size is the upright photo's, in pixels."""
-
-    width: int
-    height: int
-    metadata: Metadata
 
 
 def read_header(path: Path, *, with_names: bool = False, with_gps: bool = False) -> Header:
     """Return a file's upright size and metadata; raises PhotoError where it is no photo."""
     with _opened(path) as source:
         if not _is_image(source):
-            return _raw_header(source, path, with_names, with_gps)
-        metadata = read_metadata(source, with_names=with_names, with_gps=with_gps)
+            return raw_header(source, path, with_names, with_gps)
+        metadata = _metadata(source, path, with_names, with_gps)
         width, height = source.size
         if orientation_of(source) >= 5:
             width, height = height, width
         return Header(width, height, metadata)
 
 
+def _metadata(source: Any, path: Path, with_names: bool, with_gps: bool) -> Metadata:
+    """Return what the file says, also where the image library does not look; the page in front of the photo's too."""
+    found = read_metadata(source, with_names=with_names, with_gps=with_gps)
+    if source.format in ("PNG", "JPEG2000"):
+        from PIL import Image
+
+        holder = Image.new("L", (1, 1))
+        holder.info.update(embedded(path))
+        found = found.completed_by(read_metadata(holder, with_names=with_names, with_gps=with_gps))
+    elif source.format == "TIFF" and source.tell():
+        page = source.tell()
+        source.seek(0)
+        found = found.completed_by(read_metadata(source, with_names=with_names, with_gps=with_gps))
+        source.seek(page)
+    return found
+
+
 def decode(path: Path, long_side_px: int | None = None) -> RGBArray:
     """Return upright RGB pixels of shape (H, W, 3), reduced where the answer still has `long_side_px` or more.
 
-    Raises PhotoError where decoding fails, stops before the end, or would take more than the memory budget.
+    A JPEG or JPEG 2000 too large for the memory budget is reduced as far as that takes, whatever is asked for. Raises
+    PhotoError where decoding fails, stops before the end, or would take more than the memory budget.
     """
     with _opened(path) as source:
         if not _is_image(source):
-            return _raw_pixels(source, path, long_side_px)
+            return raw_pixels(source, path, long_side_px)
         # Before anything is decoded: afterwards nothing may tell any more how the file was turned.
         orientation = orientation_of(source)
-        longest = max(source.size)
-        if long_side_px is not None and longest > long_side_px:
-            width, height = (-(-side * long_side_px // longest) for side in source.size)
-            source.draft("RGB", (width, height))
+        _check_length(source, path)
+        _reduce(source, long_side_px)
         _check_memory(source, path)
         source.load()
         return _upright(_rgb(source, path), orientation)
@@ -133,21 +126,114 @@ def _source(path: Path, start: bytes) -> Any:
         except ImportError as error:
             raise PhotoError(f"{path}: a raw file needs an extra: pip install 'proxemetry[raw]'") from error
         return rawpy.imread(str(path))
-    return Image.open(path, formats=formats)
+    with _any_size():
+        image = Image.open(path, formats=formats)
+    if image.format == "TIFF":
+        image.seek(_page(image))
+    return image
+
+
+_SIZE_LOCK = threading.Lock()
+
+
+@contextmanager
+def _any_size() -> Generator[None]:
+    """Let the image library open headers of any size: what decoding may take is decided here, and says what to do."""
+    from PIL import Image
+
+    with _SIZE_LOCK:
+        limit = Image.MAX_IMAGE_PIXELS
+        Image.MAX_IMAGE_PIXELS = None
+        try:
+            yield
+        finally:
+            Image.MAX_IMAGE_PIXELS = limit
+
+
+#: Tag of a TIFF's page: bit 0 says that it is a reduced copy of another (TIFF 6.0, NewSubfileType).
+_SUBFILE_TYPE, _REDUCED = 254, 1
+#: So much larger is a page of the same shape of which an unmarked first one is the thumbnail.
+_THUMBNAIL = 3
+_MOST_PAGES = 50
+
+
+def _page(image: Any) -> int:
+    """Return which page of a TIFF is the photo: the first, unless it is a reduced copy of a larger one."""
+    if getattr(image, "n_frames", 1) < 2:
+        return 0
+    pages: list[tuple[int, int, bool]] = []
+    for number in range(min(image.n_frames, _MOST_PAGES)):
+        image.seek(number)
+        kind = image.tag_v2.get(_SUBFILE_TYPE, 0)
+        pages.append((*image.size, isinstance(kind, int) and bool(kind & _REDUCED)))
+    image.seek(0)
+    width, height, is_reduced = pages[0]
+    least = 1 if is_reduced else _THUMBNAIL
+    larger = [
+        (w * h, -number)
+        for number, (w, h, reduced) in enumerate(pages)
+        if not reduced and w > least * width and abs(math.log(w / h * height / width)) < (0.5 if is_reduced else 0.03)
+    ]
+    return -max(larger)[1] if larger else 0
+
+
+def _reduce(source: Any, long_side_px: int | None) -> None:
+    """Have the decoder make the picture smaller: as far as is asked for, and as far as the memory budget takes."""
+    longest = max(source.size)
+    wanted = longest if long_side_px is None else min(long_side_px, longest)
+    fitting = next((n for n in range(4) if _needed(source, 2**n) <= MEMORY_BUDGET_BYTES), 0)
+    if source.format == "JPEG2000":
+        halvings = min(max(fitting, int(math.log2(longest / wanted))), _most_halvings(source))
+        # The image library rounds to the nearest pixel where the decoder rounds up; where they differ it fails.
+        while halvings and any(side % 2**halvings and side % 2**halvings < 2 ** (halvings - 1) for side in source.size):
+            halvings -= 1
+        source.reduce = halvings
+        return
+    wanted = min(wanted, -(-longest // 2**fitting))
+    if wanted < longest:
+        width, height = (-(-side * wanted // longest) for side in source.size)
+        source.draft("RGB", (width, height))
+
+
+def _most_halvings(source: Any) -> int:
+    """Return how often a JPEG 2000 picture may be halved: what its coding style (ISO 15444-1, A.6.1) says."""
+    file = source.fp
+    at = file.tell()
+    file.seek(0)
+    start = file.read(65536)
+    file.seek(at)
+    marker = start.find(b"\xff\x52", start.find(b"\xff\x4f\xff\x51"))
+    return start[marker + 9] if 0 <= marker < len(start) - 9 else 0
 
 
 def _check_memory(image: Image.Image, path: Path) -> None:
     """Refuse what would not fit: the decoder's pixels, our three bytes, a progressive JPEG's coefficients."""
-    per_pixel = 3 + (1 if image.mode in ("L", "P", "1") else 2 if image.mode.startswith("I;16") else 4)
-    needed = per_pixel * image.width * image.height
-    if image.info.get("progressive"):
-        full = getattr(image, "decoderconfig", (1, 0)) or (1, 0)
-        needed += 6 * image.width * image.height * max(full[0], 1) ** 2
+    needed = _needed(image, 1)
     if needed > MEMORY_BUDGET_BYTES:
         raise PhotoError(
             f"{path}: {image.width} x {image.height} pixels would take {needed / 1e9:.1f} GB to decode, more than "
             f"{MEMORY_BUDGET_BYTES / 1e9:.1f} GB; make it smaller first"
         )
+
+
+def _check_length(image: Image.Image, path: Path) -> None:
+    """Refuse a JPEG with fewer bytes than its pixels take when all are alike: the decoder would fill in grey."""
+    width, height = image.size
+    if image.format == "JPEG" and path.stat().st_size < _FEWEST_BYTES_PER_PX * width * height:
+        raise PhotoError(
+            f"{path}: not a photo that can be read (truncated: too few bytes for {width} x {height} pixels)"
+        )
+
+
+def _needed(image: Any, reduction: int) -> int:
+    """Return the bytes that decoding takes with both sides made smaller by a factor, as the decoder is set now."""
+    halved = 2 ** getattr(image, "_reduce", 0) * reduction
+    per_pixel = 3 + (1 if image.mode in ("L", "P", "1") else 2 if image.mode.startswith("I;16") else 4)
+    needed = per_pixel * image.width * image.height // halved**2
+    if image.info.get("progressive"):
+        full = getattr(image, "decoderconfig", (1, 0)) or (1, 0)
+        needed += 6 * image.width * image.height * max(full[0], 1) ** 2
+    return needed
 
 
 def _rgb(image: Image.Image, path: Path) -> RGBArray:
@@ -192,44 +278,3 @@ def _upright(pixels: RGBArray, orientation: int) -> RGBArray:
     if orientation in (2, 3, 6, 7):
         pixels = pixels[:, ::-1]
     return np.ascontiguousarray(pixels)
-
-
-def _raw_header(raw: Any, path: Path, with_names: bool, with_gps: bool) -> Header:
-    sizes = raw.sizes
-    width, height = int(sizes.width), int(sizes.height)
-    if sizes.flip in (5, 6):
-        width, height = height, width
-    return Header(width, height, _raw_metadata(raw, path, with_names, with_gps))
-
-
-def _raw_metadata(raw: Any, path: Path, with_names: bool, with_gps: bool) -> Metadata:
-    """Read the EXIF of a raw file: its own where it is built like a TIFF, else its preview's, else LibRaw's word."""
-    import rawpy
-    from PIL import Image
-
-    found = Metadata(raw=True)
-    start = path.read_bytes()[:_RAW_EXIF_BYTES]
-    if start[:2] in (b"II", b"MM"):  # some makers write another number where a TIFF has 42
-        holder = Image.new("L", (1, 1))
-        holder.info["exif"] = (b"II*\0" if start[:2] == b"II" else b"MM\0*") + start[4:]
-        found = read_metadata(holder, with_names=with_names, with_gps=with_gps, raw=True)
-    if found.focal_mm is None:
-        try:
-            preview = raw.extract_thumb()
-            if preview.format == rawpy.ThumbFormat.JPEG:
-                with Image.open(io.BytesIO(preview.data), formats=("JPEG",)) as image:
-                    found = read_metadata(image, with_names=with_names, with_gps=with_gps, raw=True)
-        except Exception:  # a raw file need not have a preview, nor the preview any EXIF
-            pass
-    focal_mm = float(getattr(getattr(raw, "other", None), "focal_length", 0.0))
-    return found if found.focal_mm is not None or not focal_mm > 0.5 else replace(found, focal_mm=focal_mm)
-
-
-def _raw_pixels(raw: Any, path: Path, long_side_px: int | None) -> RGBArray:
-    width, height = int(raw.sizes.width), int(raw.sizes.height)
-    half = long_side_px is not None and max(width, height) // 2 >= long_side_px
-    # LibRaw holds the sensor's values (2 bytes), four 16-bit colours and our three bytes at once.
-    needed = width * height * (2 + (8 + 3) / (4 if half else 1))
-    if needed > MEMORY_BUDGET_BYTES:
-        raise PhotoError(f"{path}: {width} x {height} raw pixels would take {needed / 1e9:.1f} GB to decode")
-    return np.ascontiguousarray(raw.postprocess(half_size=half, use_camera_wb=True))

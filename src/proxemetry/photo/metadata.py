@@ -6,13 +6,12 @@ matters to the focal length; nothing here raises.
 
 from __future__ import annotations
 
-import math
-import re
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 from enum import StrEnum
 from typing import TYPE_CHECKING, Any
 
 from .about import About
+from .exif_values import Numbers, date_of, position_of, text_of
 from .xmp_iptc import first, iptc_of, xmp_of
 
 if TYPE_CHECKING:
@@ -92,6 +91,11 @@ class Metadata:
     gps: tuple[float, float] | None = None
     remarks: tuple[str, ...] = ()
 
+    def completed_by(self, other: Metadata) -> Metadata:
+        """Return these metadata with what they lack from another place of the same file."""
+        names = (field.name for field in fields(self) if not getattr(self, field.name) and getattr(other, field.name))
+        return replace(self, **{name: getattr(other, name) for name in names})
+
     def about(self) -> About:
         """Return what the metadata state of the picture itself, which travels into the results."""
         latitude, longitude = (None, None) if self.gps is None else (round(degrees, 6) for degrees in self.gps)
@@ -126,7 +130,7 @@ def read_metadata(
     exif, gps = _tags(image, with_gps, remarks)
     xmp = xmp_of(image, exif, remarks)
     iptc = iptc_of(image, exif)
-    numbers = _Numbers(exif, xmp, remarks)
+    numbers = Numbers(exif, xmp, remarks)
     stored = (
         _pixels(numbers.within("stored width", 0xA002, "exif:PixelXDimension", 16, 10**6)),
         _pixels(numbers.within("stored height", 0xA003, "exif:PixelYDimension", 16, 10**6)),
@@ -136,9 +140,9 @@ def read_metadata(
     cropped = _is_cropped(xmp)
     people = (*iptc.get(122, ()), *xmp.get("iptcExt:PersonInImage", ())) if with_names else ()
     return Metadata(
-        make=_text(exif.get(0x010F), *xmp.get("tiff:Make", ())),
-        model=_text(exif.get(0x0110), *xmp.get("tiff:Model", ())),
-        lens=_text(exif.get(0xA434), *xmp.get("exifEX:LensModel", ()), *xmp.get("aux:Lens", ())),
+        make=text_of(exif.get(0x010F), *xmp.get("tiff:Make", ())),
+        model=text_of(exif.get(0x0110), *xmp.get("tiff:Model", ())),
+        lens=text_of(exif.get(0xA434), *xmp.get("exifEX:LensModel", ()), *xmp.get("aux:Lens", ())),
         focal_mm=numbers.within("focal length", 0x920A, "exif:FocalLength", 0.5, 5000),
         focal_35mm=numbers.within("35 mm equivalent", 0xA405, "exif:FocalLengthIn35mmFilm", _WIDEST_MM, 5000),
         f_number=numbers.within("aperture", 0x829D, "exif:FNumber", 0.3, 200),
@@ -152,21 +156,21 @@ def read_metadata(
         raw=raw,
         edited_by=_editor(exif, xmp),
         projection=_projection(numbers, xmp),
-        date=_date(*iptc.get(55, ()), *xmp.get("photoshop:DateCreated", ()), exif.get(0x9003)),
-        city=_text(*iptc.get(90, ()), *xmp.get("photoshop:City", ())),
-        country=_text(*iptc.get(101, ()), *xmp.get("photoshop:Country", ())),
-        source=_text(
+        date=date_of(*iptc.get(55, ()), *xmp.get("photoshop:DateCreated", ()), exif.get(0x9003)),
+        city=text_of(*iptc.get(90, ()), *xmp.get("photoshop:City", ())),
+        country=text_of(*iptc.get(101, ()), *xmp.get("photoshop:Country", ())),
+        source=text_of(
             *iptc.get(115, ()), *xmp.get("photoshop:Source", ()), *iptc.get(110, ()), *xmp.get("photoshop:Credit", ())
         ),
-        creator=_text(*iptc.get(80, ()), *xmp.get("dc:creator", ()), exif.get(0x013B)) if with_names else None,
-        caption=_text(*iptc.get(120, ()), *xmp.get("dc:description", ()), exif.get(0x010E)) if with_names else None,
-        people=tuple(dict.fromkeys(name for name in map(_text, people) if name)),
-        gps=_position(gps),
+        creator=text_of(*iptc.get(80, ()), *xmp.get("dc:creator", ()), exif.get(0x013B)) if with_names else None,
+        caption=text_of(*iptc.get(120, ()), *xmp.get("dc:description", ()), exif.get(0x010E)) if with_names else None,
+        people=tuple(dict.fromkeys(name for name in map(text_of, people) if name)),
+        gps=position_of(gps),
         remarks=tuple(remarks),
     )
 
 
-def _projection(numbers: _Numbers, xmp: dict[str, tuple[str, ...]]) -> Projection | None:
+def _projection(numbers: Numbers, xmp: dict[str, tuple[str, ...]]) -> Projection | None:
     """Return what Google's panorama schema or the camera's own tag says of a picture stitched from many."""
     kind = first(xmp, "GPano:ProjectionType").lower()
     if kind == "equirectangular" or first(xmp, "GSpherical:Spherical").lower() == "true":
@@ -188,7 +192,7 @@ _EDITORS = (
 
 def _editor(exif: dict[int, Any], xmp: dict[str, tuple[str, ...]]) -> str | None:
     """Return the program that wrote the file, where it names itself and is an editor."""
-    name = _text(exif.get(0x0131), *xmp.get("xmp:CreatorTool", ()), *xmp.get("tiff:Software", ()))
+    name = text_of(exif.get(0x0131), *xmp.get("xmp:CreatorTool", ()), *xmp.get("tiff:Software", ()))
     return name if name is not None and any(word in name.lower() for word in _EDITORS) else None
 
 
@@ -230,48 +234,7 @@ def _tags(image: Image.Image, with_gps: bool, remarks: list[str]) -> tuple[dict[
     return tags, gps
 
 
-class _Numbers:
-    """Looks numbers up in EXIF, else in XMP, and remarks on those that make no sense."""
-
-    def __init__(self, exif: dict[int, Any], xmp: dict[str, tuple[str, ...]], remarks: list[str]) -> None:
-        self.exif, self.xmp, self.remarks = exif, xmp, remarks
-
-    def number(self, tag: int, xmp_name: str) -> float | None:
-        value = self.exif.get(tag)
-        return _number(value if value is not None else first(self.xmp, xmp_name) or None)
-
-    def within(self, what: str, tag: int, xmp_name: str, low: float, high: float) -> float | None:
-        """Return the number, or None where it is absent, not a number, or outside [low, high]."""
-        value = self.number(tag, xmp_name)
-        if value is None or low <= value <= high:
-            return value
-        if value != 0 or what == "focal length":  # elsewhere 0 is the standard's own way to say "unknown"
-            shown = "0/0" if math.isnan(value) else f"{value:g}"
-            self.remarks.append(f"{what} {shown} in the metadata is unusable")
-        return None
-
-
-def _number(value: Any) -> float | None:
-    """Return a number from an EXIF or XMP value: a rational, an integer, "425/10"; NaN for 0/0, None for no number."""
-    if isinstance(value, tuple | list):
-        value = value[0] if value else None
-    if value is None or isinstance(value, bytes):
-        return None
-    if isinstance(value, str):
-        match = re.fullmatch(r"\s*(-?\d+(?:\.\d+)?)\s*(?:/\s*(-?\d+))?\s*", value)
-        if match is None:
-            return None
-        top, bottom = float(match[1]), float(match[2] or 1)
-        return top / bottom if bottom else math.nan
-    try:
-        return float(value)  # pyright: ignore[reportArgumentType]
-    except ZeroDivisionError:
-        return math.nan
-    except (TypeError, ValueError, OverflowError):
-        return None
-
-
-def _focal_plane(numbers: _Numbers) -> float | None:
+def _focal_plane(numbers: Numbers) -> float | None:
     unit = _UNITS_PER_MM.get(int(numbers.number(0xA210, "exif:FocalPlaneResolutionUnit") or 2))
     value = numbers.number(0xA20E, "exif:FocalPlaneXResolution")
     if value is None or unit is None:
@@ -289,46 +252,3 @@ def _pixels(value: float | None) -> int | None:
 
 def _zoom(value: float | None) -> float | None:
     return value if value is not None and value > 1.001 else None
-
-
-def _text(*values: Any) -> str | None:
-    """Return the first value that holds text, in one line without control characters."""
-    for value in values:
-        if isinstance(value, bytes):
-            value = value.decode("utf-8", "replace")
-        if isinstance(value, str):
-            line = " ".join("".join(c if c.isprintable() else " " for c in value).split())
-            if line:
-                return line[:2000]
-    return None
-
-
-def _date(*values: Any) -> str | None:
-    """Return the first usable date as ISO 8601: "20180724" and "2018:07:24 11:22:45" become "2018-07-24...".
-
-    An editor's word (IPTC, XMP) comes before the camera's: the EXIF date of a scan is the scanner's.
-    """
-    for value in values:
-        text = _text(value) or ""
-        match = re.match(r"(\d{4})[:.-]?(\d\d)?[:.-]?(\d\d)?(?:[ T](\d\d:\d\d(?::\d\d)?))?", text)
-        if match is None or match[1] == "0000":
-            continue
-        day = "-".join(part for part in match.group(1, 2, 3) if part and part != "00")
-        return f"{day}T{match[4]}" if match[4] and len(day) == 10 else day
-    return None
-
-
-def _position(gps: dict[int, Any]) -> tuple[float, float] | None:
-    """Return latitude and longitude in degrees from the GPS directory."""
-    degrees: list[float] = []
-    for tag, limit in ((2, 90.0), (4, 180.0)):
-        parts = gps.get(tag)
-        if not isinstance(parts, tuple | list) or len(parts) != 3:
-            return None
-        numbers = [_number(part) for part in parts]
-        value = sum((n if n is not None else math.nan) / 60**i for i, n in enumerate(numbers))
-        if not 0 <= value <= limit:
-            return None
-        sign = -1 if _text(gps.get(tag - 1)) in ("S", "W") else 1
-        degrees.append(sign * value)
-    return degrees[0], degrees[1]

@@ -18,7 +18,8 @@ __all__ = ["EXTENSIONS", "Metadata", "Photo", "RGBArray"]
 
 #: File name endings that a folder is searched for.
 EXTENSIONS = (
-    ".jpg", ".jpeg", ".jpe", ".mpo", ".png", ".tif", ".tiff", ".webp", ".avif", ".bmp", ".gif", ".heic", ".heif",
+    ".jpg", ".jpeg", ".jpe", ".jfif", ".jif", ".jfi", ".pjpeg", ".pjp", ".jpg_large", ".jpg_orig", ".jpg-large", ".mpo",
+    ".jp2", ".j2k", ".jpf", ".jpx", ".png", ".tif", ".tiff", ".webp", ".avif", ".bmp", ".gif", ".heic", ".heif",
     ".hif", *RAW_EXTENSIONS,
 )  # fmt: skip
 
@@ -72,7 +73,8 @@ class Photo:
         """Return upright RGB pixels of shape (H, W, 3), read-only.
 
         With `long_side_px` the decoder may answer with a smaller photo whose long side is still at least that (the
-        whole photo where it is not larger): scale by the answer's own shape. Raises PhotoError where decoding fails.
+        whole photo where it is not larger), and of a photo too large for the memory budget with less: scale by the
+        answer's own shape. Raises PhotoError where decoding fails.
         """
         if self._pixels is not None:
             return self._pixels

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import re
 import struct
 from typing import TYPE_CHECKING, Any
+
+from .embedded import iptc_of_tiff
 
 if TYPE_CHECKING:
     from PIL import Image
@@ -28,8 +31,7 @@ _RDF = "{http://www.w3.org/1999/02/22-rdf-syntax-ns#}"
 def xmp_of(image: Image.Image, exif: dict[int, Any], remarks: list[str]) -> dict[str, tuple[str, ...]]:
     """Return the simple properties and lists of an XMP packet as prefix:name -> texts."""
     packet = image.info.get("xmp") or image.info.get("XML:com.adobe.xmp") or exif.get(700) or b""
-    data = packet.encode("utf-8", "replace") if isinstance(packet, str) else bytes(packet)
-    data = data[data.find(b"<") :].rstrip(b"\0 \r\n\t")
+    data = _utf_8(packet if isinstance(packet, str) else bytes(packet))
     # An entity can expand without end, and XMP has no use for one.
     if not data or len(data) > _MAX_XMP_BYTES or b"<!DOCTYPE" in data or b"<!ENTITY" in data:
         return {}
@@ -50,6 +52,26 @@ def xmp_of(image: Image.Image, exif: dict[int, Any], remarks: list[str]) -> dict
     return found
 
 
+def _utf_8(packet: str | bytes) -> bytes:
+    """Return a packet as UTF-8 from its first bracket on; it may be in UTF-16 or 32, marked or not."""
+    if isinstance(packet, bytes):
+        at = packet.find(b"<")
+        around = packet[max(at - 3, 0) : at + 4]
+        wide = next((codec for sign, codec in _WIDE.items() if sign in around), None)
+        if at >= 0 and wide is not None:
+            start = at - _WIDE_START[wide]
+            packet = packet[max(start, 0) :].decode(wide, "replace")
+    if isinstance(packet, str):
+        # A declaration would name the encoding that it had.
+        packet = re.sub(r"^\s*<\?xml[^>]*\?>", "", packet[max(packet.find("<"), 0) :]).encode("utf-8", "replace")
+    return packet[max(packet.find(b"<"), 0) :].rstrip(b"\0 \r\n\t")
+
+
+#: How a bracket looks in wide encodings, the widest first, and how far into it the bracket's own byte stands.
+_WIDE = {b"\0\0\0<": "utf-32-be", b"<\0\0\0": "utf-32-le", b"\0<": "utf-16-be", b"<\0": "utf-16-le"}
+_WIDE_START = {"utf-32-be": 3, "utf-32-le": 0, "utf-16-be": 1, "utf-16-le": 0}
+
+
 def _prefixed(name: str) -> str:
     namespace, _, local = name.rpartition("}")
     return f"{_XMP_PREFIXES.get(namespace.lstrip('{'), '?')}:{local}"
@@ -64,11 +86,9 @@ def iptc_of(image: Image.Image, exif: dict[int, Any]) -> dict[int, tuple[str, ..
     """Return the datasets of IPTC-IIM record 2 as number -> texts."""
     resources = image.info.get("photoshop")
     block = resources.get(0x0404) if isinstance(resources, dict) else exif.get(33723)
-    if isinstance(block, tuple):  # some writers declare the bytes of a TIFF's block as 32-bit integers
-        try:
-            block = struct.pack(f"<{len(block)}I", *block)
-        except struct.error:
-            block = None
+    if isinstance(block, int | tuple) and image.format == "TIFF":  # bytes declared as integers, of which one is read
+        file = getattr(image, "fp", None)
+        block = None if file is None else iptc_of_tiff(file)
     return _iim(block) if isinstance(block, bytes) else {}
 
 
