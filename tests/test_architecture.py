@@ -23,6 +23,7 @@ LAYERS = (
     ("anthropometry",),
     ("bodies",),
     ("locate",),
+    ("calibration",),
     ("distances", "settings"),
     ("proxemics",),
     ("scene",),

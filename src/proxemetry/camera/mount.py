@@ -132,7 +132,7 @@ class Mount:
         cls, pitch_rad: float = math.nan, roll_rad: float = math.nan, height_m: float = math.nan, *,
         pitch_sd_rad: float = STATED_ANGLE_SD_RAD, roll_sd_rad: float = STATED_ANGLE_SD_RAD,
         height_sd_m: float | None = None, camera: Camera | None = None, size_px: tuple[int, int] | None = None,
-        source: str = "stated",
+        source: str = "stated", floor_frame: FloorFrame | None = None,
     ) -> Mount:  # fmt: skip
         """Return the mount of independent statements, each with its standard deviation; the lens is known apart."""
         height_sd = STATED_HEIGHT_REL_SD if height_sd_m is None else height_sd_m / height_m
@@ -146,7 +146,7 @@ class Mount:
         known = np.flatnonzero(np.isfinite(sd))
         matrix[np.ix_(known, known)] = np.diag(np.square(np.array(sd)[known]))
         rows = tuple(tuple(row) for row in matrix.tolist())
-        return cls(pitch_rad, roll_rad, height_m, rows, camera, size_px, source)
+        return cls(pitch_rad, roll_rad, height_m, rows, camera, size_px, source, floor_frame)
 
     @property
     def known(self) -> NDArray[np.intp]:
