@@ -94,9 +94,7 @@ class Profile:
 
 def consensus(segments: Segments) -> Pose:
     """Return the camera out of triples solved directly that explains people best."""
-    triples = np.array(list(itertools.combinations(range(len(segments.rows)), 3)))
-    if len(triples) > _MAX_TRIPLES:
-        triples = triples[np.random.default_rng(0).permutation(len(triples))[:_MAX_TRIPLES]]
+    triples = _triples(len(segments.rows))
     level = np.array([0.05, 0.0, -0.1, 0.0, 0.0])
     log_f, parameters = direct_solutions(segments, triples)
     log_f, parameters = np.append(0.0, log_f), np.vstack([level, parameters])
@@ -106,6 +104,16 @@ def consensus(segments: Segments) -> Pose:
     parameters, fit = _refined(segments, log_f, parameters[promising], scatter, iterations=4)
     best = int(np.argmin(fit.cost))
     return Pose(float(log_f[best]), parameters[best], float(scatter[best]))
+
+
+def _triples(count: int) -> NDArray[np.intp]:
+    """Return all triples of `count` people, or so many drawn at random: of a crowd there are too many to list."""
+    if math.comb(count, 3) <= _MAX_TRIPLES:
+        return np.array(list(itertools.combinations(range(count), 3)), dtype=np.intp).reshape(-1, 3)
+    rng = np.random.default_rng(0)
+    drawn = rng.integers(0, count, (4 * _MAX_TRIPLES, 3))
+    apart = (drawn[:, 0] != drawn[:, 1]) & (drawn[:, 0] != drawn[:, 2]) & (drawn[:, 1] != drawn[:, 2])
+    return drawn[apart][:_MAX_TRIPLES]
 
 
 def profile_everywhere(segments: Segments, start: Pose) -> Profile:

@@ -7,7 +7,7 @@ of floor and focal length included.
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,7 +22,7 @@ from .body_model import BodyModel, body_model
 from .contradiction import misfit
 from .evidence import Evidence, evidence_of
 from .hypotheses import Guesses, body_types, guesses_of, keypoint_precision, log_evidence, resized, rows_of
-from .posterior import Placed, placed_people
+from .posterior import placed_people
 from .projection import DEPTH, FOCAL, HEIGHT, LOG_LENGTHS, N_SHARED, PITCH, PRINCIPAL, ROLL
 from .solver import Fit, Place, Rows, SharedPrior, approach, solve
 from .start import look
@@ -54,12 +54,41 @@ def locate(people: People, camera: Camera, settings: LocateSettings, mount: Moun
     joints come back as NaN with a reason.
     """
     model = body_model(people.skeleton)
+    told = explained_people(people, camera, shared_prior(camera, mount), settings, model)
+    if told is None:
+        return Bodies.unplaced(len(people), "scene", _REASON)
+    placed = placed_people(
+        told.rows, told.explanations, told.weight, told.first, told.fit, told.evidence, model, told.on_floor
+    )
+    return replace(placed, mount_misfit=told.mount_misfit).bodies(len(people), told.usable, _REASON)
+
+
+@dataclass(frozen=True, eq=False)
+class Explained:
+    """Everybody usable explained, before it is made into places.
+
+    usable: shape (P,), their rows among the people. rows: all that was tried, with their explanations and log weight,
+    shape (R,). first: shape (P,), the best row of each, whose joint fit is `fit`. on_floor: shape (P,).
+    """
+
+    usable: NDArray[np.intp]
+    evidence: Evidence
+    rows: Rows
+    explanations: Explanations
+    weight: FloatArray
+    first: NDArray[np.intp]
+    fit: Fit
+    on_floor: NDArray[np.bool_]
+    mount_misfit: float
+
+
+def explained_people(
+    people: People, camera: Camera, prior: SharedPrior, settings: LocateSettings, model: BodyModel
+) -> Explained | None:
+    """Return the joint fit of everybody with two usable joints or more, or None where there is nobody."""
     evidence = evidence_of(people, camera, model)
     usable = np.flatnonzero(_measurable(evidence))
-    if not len(usable):
-        return Bodies.unplaced(len(people), "scene", _REASON)
-    placed = _fit(_taken(evidence, usable), shared_prior(camera, mount), settings, usable, model)
-    return placed.bodies(len(people), usable, _REASON)
+    return _fit(_taken(evidence, usable), prior, settings, usable, model) if len(usable) else None
 
 
 def _measurable(evidence: Evidence) -> NDArray[np.bool_]:
@@ -103,7 +132,7 @@ def _place(camera: Camera, mount: Mount) -> Place:
 
 def _fit(
     evidence: Evidence, prior: SharedPrior, settings: LocateSettings, usable: NDArray[np.intp], model: BodyModel
-) -> Placed:
+) -> Explained:
     sizes = settings.body_sizes or (None,) * (int(usable.max()) + 1)
     types = [body_types(sizes[row] or settings.body_size, settings.child_weight, evidence.lengths) for row in usable]
     on_floor = np.array([settings.floor == "shared" and row not in settings.off_floor for row in usable])
@@ -143,7 +172,7 @@ def _fit(
         guesses.local[:] = explanations.local
     else:
         explanations, weight = _weigh(rows, first, guesses, fit)
-    return replace(placed_people(rows, explanations, weight, first, fit, evidence, model, on_floor), mount_misfit=off)
+    return Explained(usable, evidence, rows, explanations, weight, first, fit, on_floor, off)
 
 
 def _weigh(rows: Rows, first: NDArray[np.intp], guesses: Guesses, fit: Fit) -> tuple[Explanations, FloatArray]:
