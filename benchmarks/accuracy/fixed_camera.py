@@ -39,7 +39,7 @@ FRAMES_PER_S = 10.0
 #: How well the principal point of a video camera is known, of the picture's width.
 PRINCIPAL_REL_SD = 0.01
 #: Four points of the floor about where people walk, in metres of the truth: two near ones and two far ones.
-CORNERS = np.array([(-13.0, -13.0), (-6.0, -16.0), (3.0, 3.0), (-9.0, 4.0)])
+CORNERS = np.array([(-14.0, -11.0), (-9.0, -14.0), (3.0, 0.0), (-9.0, 4.0)])
 
 
 @dataclass(frozen=True, eq=False)

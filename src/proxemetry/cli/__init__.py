@@ -18,6 +18,7 @@ from ..version import __version__
 #: Command -> what `--help` says of it. Module `cli.COMMAND` has `configure(parser)` and `run(args) -> exit code`.
 COMMANDS: dict[str, str] = {
     "measure": "measure how far apart the people in photos stand",
+    "calibrate": "find where a fixed camera is, once, for all its photos: from points, lengths or the people",
     "summary": "an archive's figures by year, country, folder or any column",
     "export": "results for other programs: SPSS, COCO keypoints, the tables anew, the codebook",
     "score": "score predictions against a benchmark's labels, or check a labels folder",

@@ -1,0 +1,354 @@
+"""Where a fixed camera is: from points, homographies, lengths, drones and people; closed forms first."""
+
+import json
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from proxemetry.calibration.drone import from_subtitles, from_xmp
+from proxemetry.calibration.homography import homography, read_homography
+from proxemetry.calibration.identity import linked
+from proxemetry.calibration.lengths import Length, with_lengths
+from proxemetry.calibration.people import Gathered, from_people
+from proxemetry.calibration.points import FloorPoints, from_homography, from_points, open_camera
+from proxemetry.calibration.report import TAKE_POINTS, floor_drawn, lines_of
+from proxemetry.camera import Camera, FloorFrame, Mount
+from proxemetry.camera.floor_view import horizon, reach, to_floor, to_pixels
+from proxemetry.cli import main
+from proxemetry.errors import CameraError
+from proxemetry.people import People
+from proxemetry.people.skeleton import COCO_17
+from synthetic.modelled import photo
+
+CAMERA = Camera.centred(1190.0, 768, 576)
+FRAME = FloorFrame(-29.0, -19.5, -0.95)
+MAST = Mount.stated(math.radians(16.5), math.radians(-3.0), 7.0, camera=CAMERA, floor_frame=FRAME)
+#: Seen at the picture's corners: where the floor is to be known.
+SEEN = np.array([(100.0, 500.0), (700.0, 480.0), (120.0, 130.0), (650.0, 120.0)])
+
+
+def seen_points(mount=MAST, pixels=SEEN, **changes):
+    return FloorPoints(pixels, mount.floor_frame.to_user(to_floor(mount, pixels)), **changes)
+
+
+angles = st.tuples(st.floats(0.1, 1.4), st.floats(-0.3, 0.3))
+
+
+@given(angles, st.floats(1.0, 40.0), st.floats(-3, 3), st.booleans())
+@settings(max_examples=25, deadline=None)
+def test_points_of_a_camera_give_it_back(tilt, height, yaw, mirrored):
+    true = replace(MAST, pitch_rad=tilt[0], roll_rad=tilt[1], height_m=height,
+                   floor_frame=FloorFrame(4.0, -3.0, yaw, mirrored))  # fmt: skip
+    pixels = SEEN + (0, 250)  # below the horizon of all of them
+    floor = to_floor(true, pixels)
+    if not np.isfinite(floor).all() or np.abs(floor).max() > 300:
+        return
+    fit = from_points(seen_points(true, pixels), CAMERA)
+    assert np.abs(fit.residual_m).max() < 1e-9 * max(1.0, height)
+    assert np.abs(fit.residual_px).max() < 1e-7
+    assert fit.mount.pitch_rad == pytest.approx(tilt[0], abs=1e-9)
+    assert fit.mount.roll_rad == pytest.approx(tilt[1], abs=1e-9)
+    assert fit.mount.height_m == pytest.approx(height, rel=1e-9)
+    assert fit.mount.floor_frame.mirrored == mirrored
+    assert math.cos(fit.mount.floor_frame.yaw_rad - yaw) == pytest.approx(1)
+
+
+def test_points_find_the_focal_length_too():
+    fit = from_points(seen_points(), open_camera(768, 576), focal_known=False)
+    assert fit.mount.camera.f_px == pytest.approx(1190, rel=1e-4)
+    assert fit.mount.height_m == pytest.approx(7.0, rel=1e-4)
+    assert 0.01 < fit.mount.sd[3] < 0.2
+    assert fit.mount.camera.focal_rel_sd == pytest.approx(fit.mount.sd[3])
+
+
+def test_a_camera_straight_above_is_found():
+    above = replace(MAST, pitch_rad=math.pi / 2 - 1e-6, roll_rad=0.0)
+    fit = from_points(seen_points(above), CAMERA)
+    assert fit.mount.pitch_rad == pytest.approx(math.pi / 2, abs=1e-4)
+    assert np.abs(fit.residual_m).max() < 1e-6
+
+
+def test_a_mirrored_picture_is_of_the_mirrored_camera():
+    mirrored = from_points(FloorPoints(np.abs(SEEN * (-1, 1) + (768, 0)), seen_points().floor_m), CAMERA).mount
+    want = MAST.mirrored()
+    assert mirrored.roll_rad == pytest.approx(want.roll_rad, abs=1e-9)
+    assert mirrored.floor_frame.mirrored != MAST.floor_frame.mirrored
+
+
+def test_another_frame_size_scales():
+    double = from_points(
+        FloorPoints(2 * SEEN, seen_points().floor_m, click_sd_px=4.0), CAMERA.resized(1536, 1152)
+    ).mount
+    assert double.pitch_rad == pytest.approx(MAST.pitch_rad, abs=1e-9)
+    assert double.sd[0] == pytest.approx(from_points(seen_points(), CAMERA).mount.sd[0], rel=1e-4)
+
+
+def test_stated_uncertainty_is_that_of_the_errors_made():
+    rng = np.random.default_rng(1)
+    exact = seen_points(pixels=np.concatenate([SEEN, [(400.0, 300.0), (300.0, 420.0)]]))
+    z = []
+    for _ in range(60):
+        points = FloorPoints(exact.points_px + rng.normal(0, 2, exact.points_px.shape),
+                             exact.floor_m + rng.normal(0, 0.05, exact.floor_m.shape))  # fmt: skip
+        fit = from_points(points, CAMERA)
+        sd = fit.mount.sd / fit.spread
+        z.append([(fit.mount.pitch_rad - MAST.pitch_rad) / sd[0], math.log(fit.mount.height_m / 7.0) / sd[2]])
+    assert np.sqrt(np.mean(np.square(z), axis=0)).min() > 0.75
+    assert np.sqrt(np.mean(np.square(z), axis=0)).max() < 1.3
+
+
+def test_a_wrong_point_is_named_and_widens():
+    pixels = np.concatenate([SEEN, [(400.0, 300.0), (300.0, 420.0), (200.0, 250.0), (600.0, 350.0)]])
+    exact = seen_points(pixels=pixels)
+    moved = exact.floor_m.copy()
+    moved[4] += (2.0, 1.0)
+    good, bad = from_points(exact, CAMERA), from_points(FloorPoints(pixels, moved), CAMERA)
+    assert 5 in bad.wrong
+    assert good.wrong == ()
+    assert bad.mount.sd[0] > 2 * good.mount.sd[0]
+
+
+@pytest.mark.parametrize(
+    ("pixels", "metres", "said"),
+    [
+        (SEEN[:3], [(0, 0), (1, 0), (0, 1)], "four or more"),
+        (SEEN, [(0, 0), (1, 0), (2, 0), (3, 0)], "line"),
+        ([(0, 0), (10, 10), (20, 20), (30, 30)], [(0, 0), (1, 0), (0, 1), (1, 1)], "line"),
+        (SEEN, [(0, 0), (1, 0), (0, 1), (math.nan, 1)], "point 4"),
+        ([*SEEN[:3], (math.inf, 3)], [(0, 0), (1, 0), (0, 1), (1, 1)], "point 4"),
+        (np.tile(SEEN[:1], (4, 1)), [(0, 0), (1, 0), (0, 1), (1, 1)], "same"),
+    ],
+)
+def test_points_that_tell_no_camera_are_one_line(pixels, metres, said):
+    with pytest.raises(CameraError, match=said) as error:
+        from_points(FloorPoints(np.array(pixels, float), np.array(metres, float)), CAMERA)
+    assert "\n" not in str(error.value)
+
+
+def test_a_point_above_the_horizon_is_refused_or_named():
+    high = SEEN.copy()
+    high[3] = (650.0, -400.0)  # sky
+    points = FloorPoints(high, seen_points().floor_m)
+    try:
+        fit = from_points(points, CAMERA)
+    except CameraError as error:
+        assert "\n" not in str(error)
+    else:
+        assert fit.spread > 5
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("u_px,v_px,x_m\n1,2,3\n", "no column y_m"),
+        ("u_px,v_px,x_m,y_m\n1,2,3,x\n", "line 2"),
+        ("u_px,v_px,x_m,y_m\n1,2,3\n", "line 2"),
+        ("u_px,v_px,x_m,y_m\n1,2,3,4\n", "four or more"),
+        ("u_px,v_px,x_m,y_m\n1,2,3,nan\n2,3,4,5\n3,4,5,6\n4,5,6,7\n", "point 1"),
+    ],
+)
+def test_a_wrong_file_of_points_says_where(tmp_path, text, said):
+    path = tmp_path / "points.csv"
+    path.write_text(text)
+    with pytest.raises(CameraError, match=said) as error:
+        FloorPoints.read(path)
+    assert str(path) in str(error.value)
+
+
+def test_points_with_decimal_commas(tmp_path):
+    path = tmp_path / "points.csv"
+    path.write_text("u_px;v_px;x_m;y_m\n" + "1,5;2;3;4,25\n" * 4)
+    assert FloorPoints.read(path).floor_m[0].tolist() == [3.0, 4.25]
+
+
+def test_a_homography_gives_its_camera(tmp_path):
+    exact = seen_points()
+    matrix = homography(exact.points_px, exact.floor_m)
+    path = tmp_path / "H.txt"
+    path.write_text("\n".join(" ".join(f"{v!r}" for v in row) for row in matrix.tolist()))
+    fit = from_homography(read_homography(path), CAMERA)
+    assert fit.mount.pitch_rad == pytest.approx(MAST.pitch_rad, abs=1e-8)
+    assert fit.mount.height_m == pytest.approx(7.0, rel=1e-8)
+    scaled = from_homography(-3 * matrix, CAMERA)
+    assert scaled.mount.height_m == pytest.approx(7.0, rel=1e-8)
+
+
+@pytest.mark.parametrize(
+    "text", ["1 2 3\n4 5 6\n", "1 2 3\n4 5 x\n7 8 9\n", "1 2 3\n2 4 6\n1 1 1\n", "nan 0 0\n0 1 0\n0 0 1\n"]
+)
+def test_what_is_no_homography_is_one_line(tmp_path, text):
+    path = tmp_path / "H.txt"
+    path.write_text(text)
+    with pytest.raises(CameraError, match=str(path)):
+        read_homography(path)
+
+
+def test_floor_and_pixels_there_and_back():
+    floor = np.array([(0.0, 20.0), (-3.0, 12.0), (5.0, 30.0)])
+    assert to_floor(MAST, to_pixels(MAST, floor)) == pytest.approx(floor)
+    assert np.isnan(to_pixels(MAST, (0.0, -50.0))).all()
+    (_, left), (_, right) = horizon(MAST)
+    assert np.isnan(to_floor(MAST, [(0.0, left - 1)])).all()
+    assert np.linalg.norm(to_floor(MAST, [(768.0, right + 0.5)])) > 1000
+
+
+def test_half_a_degree_at_25_m_from_a_mast():
+    # h / tan(atan(7 / 25) - 0.5 degrees) - 25
+    assert reach(MAST, 25.0, -math.radians(0.5)) == pytest.approx(
+        7 / math.tan(math.atan(0.28) - math.radians(0.5)) - 25
+    )
+    assert 0.8 < reach(MAST, 25.0, -math.radians(0.5)) < 0.9
+
+
+def test_lengths_tell_pitch_and_height():
+    ends = [((200.0, 480.0), (250.0, 150.0)), ((120.0, 400.0), (650.0, 420.0)), ((500.0, 500.0), (560.0, 130.0))]
+    lengths = [Length(*a, *b, float(np.linalg.norm(np.subtract(*to_floor(MAST, [a, b]))))) for a, b in ends]
+    found, away = with_lengths(Mount(camera=CAMERA), lengths)
+    assert math.degrees(found.pitch_rad) == pytest.approx(16.5, abs=0.4)
+    assert found.height_m == pytest.approx(7.0, rel=0.03)
+    assert np.abs(away).max() < 0.15
+    rough = Mount.stated(MAST.pitch_rad + 0.03, MAST.roll_rad, 7.5, height_sd_m=1.0, pitch_sd_rad=0.05, camera=CAMERA)
+    better, _ = with_lengths(rough, lengths[:1])
+    assert better.sd[0] < 0.5 * rough.sd[0]
+    assert abs(better.pitch_rad - MAST.pitch_rad) < 2 * better.sd[0]
+
+
+@pytest.mark.parametrize("text", ["1,2,3,4", "1,2,3,4,x", "1,2,1,2,5", "1,2,3,4,-5", "1,2,3,4,nan"])
+def test_what_is_no_length_is_refused(text):
+    with pytest.raises(CameraError, match="length"):
+        Length.parsed(text)
+
+
+def test_one_length_alone_and_a_length_in_the_sky():
+    with pytest.raises(CameraError, match="two"):
+        with_lengths(Mount(camera=CAMERA), [Length(1, 500, 400, 500, 5.0)])
+    with pytest.raises(CameraError, match="horizon"):
+        with_lengths(MAST, [Length(100, -2000, 400, -2000, 5.0)])
+
+
+def test_drones_write_down_where_they_are(tmp_path):
+    path = tmp_path / "drone.jpg"
+    path.write_bytes(b'\xff\xd8<rdf drone-dji:RelativeAltitude="+30.10" drone-dji:GimbalPitchDegree="-90.00"/>')
+    mount = from_xmp(path)
+    assert (mount.height_m, math.degrees(mount.pitch_rad)) == (30.1, pytest.approx(90))
+    path.write_bytes(b"\xff\xd8 nothing")
+    assert from_xmp(path) is None
+    srt = tmp_path / "clip.srt"
+    srt.write_text("1\n[rel_alt: 20.0 abs_alt: 90] [gb_yaw: 1 gb_pitch: -45.0 gb_roll: 0.0]\n" * 3)
+    assert math.degrees(from_subtitles(srt).pitch_rad) == pytest.approx(45)
+    srt.write_text("[rel_alt: 20.0] [gb_pitch: -45.0]\n[rel_alt: 30.0] [gb_pitch: -45.0]\n")
+    with pytest.raises(CameraError, match="moved"):
+        from_subtitles(srt)
+
+
+def test_boxes_that_go_on_are_one_person():
+    def seen(*lefts):
+        boxes = np.array([[x, 100.0, x + 40, 220] for x in lefts])
+        keypoints = np.full((len(lefts), 17, 2), np.nan)
+        return People(COCO_17, keypoints, np.zeros((len(lefts), 17)), boxes)
+
+    frames = [seen(10, 300), seen(22, 290), seen(281, 34), seen(46)]
+    who = [w.tolist() for w in linked(frames, [0.0, 0.2, 0.4, 0.6])]
+    assert who == [[0, 1], [0, 1], [1, 0], [0]]
+    assert [w.tolist() for w in linked(frames[:2], [0.0, 9.0])] == [[0, 1], [2, 3]]
+
+
+def crowd(count=20, pitch=0.3, height=5.0):
+    """Gather people of photos before one camera, everybody another one."""
+    gathered = Gathered()
+    for seed in range(count):
+        people, _ = photo(seed, count=4, pitch=pitch, height_m=height, depths_m=(7, 18))
+        gathered.add(people, range(4 * seed, 4 * seed + 4))
+    return gathered
+
+
+LENS = Camera.centred(1200, 1920, 1080)
+
+
+def test_people_tell_pitch_and_height():
+    fit = from_people(crowd(), LENS)
+    mount = fit.mount
+    assert (fit.n_people, fit.n_frames) == (80, 20)
+    assert abs(mount.pitch_rad - 0.3) < 3 * mount.sd[0] and mount.sd[0] < math.radians(1)
+    assert abs(math.log(mount.height_m / 5.0)) < 3 * mount.sd[2] and mount.sd[2] < 0.05
+    assert math.isnan(mount.sd[3])
+
+
+def test_people_tell_the_focal_length_too():
+    mount = from_people(crowd(), open_camera(1920, 1080), focal_known=False).mount
+    assert abs(math.log(mount.camera.f_px / 1200)) < 3 * mount.sd[3]
+    assert mount.sd[3] < 0.12
+
+
+def test_the_interval_counts_people_not_detections():
+    once = from_people(crowd(10), LENS).mount
+    often = Gathered()
+    for again in range(4):
+        for seed in range(10):
+            people, _ = photo(seed, count=4, pitch=0.3, height_m=5.0, depths_m=(7, 18))
+            often.add(people, range(4 * seed, 4 * seed + 4))
+        assert again >= 0
+    tied = from_people(often, LENS).mount
+    assert tied.sd[2] > 0.6 * once.sd[2]  # as four times as many people it would be half
+    unknown = from_people(crowd(10), LENS, recurring=True)
+    assert unknown.n_people == 4
+    assert unknown.mount.sd[0] > 1.5 * once.sd[0]
+
+
+def test_nobody_upright_tells_nothing():
+    gathered = Gathered()
+    gathered.add(People.none(COCO_17), [])
+    with pytest.raises(CameraError, match="nobody"):
+        from_people(gathered, LENS)
+
+
+def test_what_it_means_is_said_in_metres():
+    away = (15.0, 26.0, 35.0)
+    said = "\n".join(lines_of(MAST, away))
+    assert "at 25 m  half a degree of pitch moves a person by 0.8" in said
+    assert TAKE_POINTS in said  # one degree is too much there
+    fine = replace(MAST, covariance=tuple(tuple(v / 100 for v in row) for row in MAST.covariance))
+    assert TAKE_POINTS not in "\n".join(lines_of(fine, away))
+
+
+def test_the_floor_lies_on_the_picture():
+    blank = np.zeros((576, 768, 3), np.uint8)
+    drawn = floor_drawn(blank, MAST, SEEN)
+    (_, left), _ = horizon(MAST)
+    assert (left < 0) or drawn[: int(left)].sum() == 0  # nothing in the sky
+    assert drawn[300:].any() and not blank.any()
+
+
+def test_the_command_writes_a_mount_and_a_picture(tmp_path, capsys):
+    table = tmp_path / "points.csv"
+    points = seen_points()
+    rows = np.column_stack([points.points_px, points.floor_m]).tolist()
+    table.write_text("u_px,v_px,x_m,y_m\n" + "\n".join(",".join(map(str, row)) for row in rows))
+    out = tmp_path / "camera.json"
+    told = ["calibrate", "--points", str(table), "--size", "768x576", "--focal-px", "1190", "--out", str(out)]
+    assert main(told) == 0
+    assert math.degrees(Mount.read(out).pitch_rad) == pytest.approx(16.5, abs=1e-4)
+    assert (tmp_path / "camera.png").is_file()
+    assert "point 4: off by 0.0 px" in capsys.readouterr().out
+    assert main([*told, "--height-m", "3"]) == 2
+    assert main(["calibrate", "--out", str(out), "--points", str(table)]) == 2
+
+
+def test_the_command_takes_recorded_people(tmp_path, capsys):
+    images = []
+    for seed in range(6):
+        people, _ = photo(seed, count=4, pitch=0.3, height_m=5.0, depths_m=(7, 18))
+        points = np.concatenate([people.keypoints_px, people.scores[..., None]], axis=-1)
+        images.append({"filename": f"{seed}.jpg", "width": 1920, "height": 1080,
+                       "people": [{"keypoints": np.nan_to_num(p).tolist()} for p in points]})  # fmt: skip
+    path = tmp_path / "keypoints.json"
+    path.write_text(json.dumps({"skeleton": "coco17", "images": images}))
+    out = tmp_path / "camera.json"
+    told = ["calibrate", "--pose", f"recorded:{path}", "--focal-px", "1200", "--different-people", "--out", str(out)]
+    assert main(told) == 0
+    assert Mount.read(out).height_m == pytest.approx(5.0, rel=0.1)
+    assert "only 24 different people" in capsys.readouterr().out
