@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from proxemetry.errors import ModelError
 from proxemetry.overlap import iou
 from proxemetry.people import People
+from proxemetry.people.duplicates import distinct, possible_duplicates, similarity
 from proxemetry.people.skeleton import COCO_17
 from proxemetry.pose.detections import (
     Detections,
@@ -21,7 +22,6 @@ from proxemetry.pose.detections import (
     suppressed,
     uncut,
 )
-from proxemetry.pose.onnx.duplicates import distinct, similarity
 from proxemetry.pose.onnx.letterbox import _shrunk, crop, letterbox, person_region, tiles, tiles_around
 from proxemetry.pose.onnx.one_stage import decode_rtmo, decode_ultralytics_pose
 from proxemetry.pose.onnx.pose_decoders import _smoothed_around, decode_heatmaps_msra, decode_heatmaps_udp, decode_simcc
@@ -267,6 +267,21 @@ def test_the_same_person_seen_twice_is_one_and_neighbours_are_two() -> None:
     people = _people([(0, 0), (3, -2), (120, 0)], [0.7, 0.9, 0.5])
     assert distinct(people).person_scores.tolist() == [0.9, 0.5]
     assert len(distinct(People.none(COCO_17))) == 0
+
+
+def test_who_is_a_little_like_somebody_surer_is_kept_and_said_doubtful() -> None:
+    people = _people([(0, 0), (25, 10), (400, 0), (0, 0)], [0.7, 0.9, 0.5, 0.7])
+    assert 0.25 < similarity(people)[0, 1] < 0.9
+    assert possible_duplicates(people).tolist() == [True, False, False, True]
+    assert possible_duplicates(people[[0, 2]]).tolist() == [False, False]
+    assert possible_duplicates(people[[0, 3]]).tolist() == [False, True]  # of two alike one is somebody
+    assert possible_duplicates(People.none(COCO_17)).shape == (0,)
+
+
+@given(st.permutations(range(4)))
+def test_the_same_are_doubtful_in_any_order(order: list[int]) -> None:
+    people = _people([(0, 0), (25, 10), (400, 0), (20, 0)], [0.7, 0.9, 0.5, 0.6])
+    assert possible_duplicates(people[order]).tolist() == possible_duplicates(people)[order].tolist()
 
 
 @given(st.floats(-300, 300), st.floats(-300, 300), st.floats(0.1, 10))

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .arrays import FloatArray
 from .bodies import Bodies, Floor, Mode
@@ -21,6 +22,7 @@ from .camera import Camera, CameraEstimate, Candidate, Flag, Mount, Source
 from .distances import Distances, measure_distances
 from .errors import OutputError, ProxemetryError
 from .people import People
+from .people.duplicates import possible_duplicates
 from .people.skeleton import COCO_17, SKELETONS, Skeleton, skeleton_named
 from .photo.about import About
 from .proxemics import Proxemics, measure_proxemics
@@ -132,6 +134,11 @@ class Scene:
     def proxemics(self) -> Proxemics:
         """Nearest others, viewing angles, shot sizes and how people are turned to one another."""
         return measure_proxemics(self.people, self.bodies, self.distances, self.camera.camera, self.height_px)
+
+    @cached_property
+    def possible_duplicates(self) -> NDArray[np.bool_]:
+        """Who may be somebody surer seen a second time, shape (P,)."""
+        return possible_duplicates(self.people)
 
     @property
     def distances_m(self) -> FloatArray:

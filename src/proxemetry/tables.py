@@ -262,6 +262,11 @@ _PEOPLE = (
         "group_size", "INTEGER", "", "people in that group; 1: in none; empty: not placed",
         lambda s, i: int(s.proxemics.group_size[i]) if s.bodies.placed[i] else None,
     ),
+    Column(
+        "possible_duplicate", "BOOLEAN", "",
+        "true: may be another person of the photo, of a higher score, seen a second time",
+        lambda s, i: bool(s.possible_duplicates[i]),
+    ),
 )  # fmt: skip
 assert {p.lower() for p in PARTS} == {"eyes", "head", "shoulder", "torso"}
 

@@ -10,11 +10,11 @@ import numpy as np
 from ...arrays import FloatArray
 from ...errors import ModelError, SettingsError
 from ...people import People
+from ...people.duplicates import distinct
 from ...people.skeleton import Skeleton
 from ...photo import Photo, RGBArray
 from .. import PoseOptions
 from ..detections import Detections, suppressed
-from .duplicates import distinct
 from .letterbox import Placement, crop, person_region
 from .network import Floats, Network
 from .pose_decoders import HEADS
@@ -149,10 +149,28 @@ class OnnxBackend:
         joint_mean = scores.sum(axis=1) / np.maximum(inside.sum(axis=1), 1)
         person_scores = np.sqrt(people.person_scores * joint_mean)
         people = People(self.skeleton, points, scores, people.boxes_px, person_scores, source=self.name)
-        is_person = (person_scores >= spec.person_score) & (np.stack([people.joint_score(j) for j in _TRUNK]) > 0).any(
-            axis=0
-        )
+        shows_a_trunk = (np.stack([people.joint_score(j) for j in _TRUNK]) > 0).any(axis=0)
+        is_person = (person_scores >= spec.person_score) & shows_a_trunk & (_share_inside(people) >= spec.least_inside)
         return distinct(people[is_person], spec.most_similar)
+
+
+def _share_inside(people: People) -> FloatArray:
+    """Return which share of each skeleton's nose, shoulders and hips lies in its own box, shape (P,).
+
+    Where people overlap a network sometimes sees in one's box the other, who is better seen: that is nobody new.
+    1 where none of these joints is seen.
+    """
+    points = np.stack([people.joint(joint) for joint in _FRAME], axis=1)
+    seen = np.asarray(np.isfinite(points).all(axis=-1))
+    margin = _BOX_MARGIN * (people.boxes_px[:, 2:] - people.boxes_px[:, :2])
+    low, high = people.boxes_px[:, :2] - margin, people.boxes_px[:, 2:] + margin
+    inside = ((points >= low[:, None]) & (points <= high[:, None])).all(axis=-1)
+    return np.where(seen.any(axis=1), inside.sum(axis=1) / np.maximum(seen.sum(axis=1), 1), 1.0)
+
+
+_FRAME = ("nose", "left_shoulder", "right_shoulder", "left_hip", "right_hip")
+#: How far a joint may lie beyond its box, in the box's sides: boxes end at the skin, more or less.
+_BOX_MARGIN = 0.05
 
 
 #: Limbs in a box without any of these are nobody who could be placed, and often part of somebody else.

@@ -82,7 +82,8 @@ class Specification:
     """One back end: a detector with a top-down pose network, or a one-stage network alone.
 
     keypoint_score: joints below are missing. person_score: people below are nobody. most_similar: of skeletons more
-    alike than this the best one stays. folder: where the files are looked for first.
+    alike than this the best one stays. least_inside: people less of whose nose, shoulders and hips lie in their own box
+    are nobody. folder: where the files are looked for first.
     """
 
     name: str
@@ -92,6 +93,7 @@ class Specification:
     keypoint_score: float = 0.2
     person_score: float = 0.3
     most_similar: float = 0.5
+    least_inside: float = 0.5
     folder: Path = field(default_factory=Path)
 
     @property

@@ -17,12 +17,12 @@ import numpy as np
 from ... import weights
 from ...errors import ModelError
 from ...people import People
+from ...people.duplicates import distinct
 from ...people.skeleton import BODY_25, Skeleton
 from ...photo import Photo, RGBArray
 from .. import PoseOptions
 from ..cross_check import confirmed_by_boxes
 from ..detections import Detections
-from ..onnx.duplicates import distinct
 from .box_groups import BoxGroup, grouped, grouped_as_published
 from .opencv_network import DarknetDetector
 from .openpose_body25 import Body25
