@@ -16,19 +16,20 @@ from PIL import Image
 from proxemetry import plots
 from proxemetry.bodies import Bodies
 from proxemetry.camera import Camera, CameraEstimate
-from proxemetry.distances import measure_distances
+from proxemetry.distances import UNCERTAIN, ZONES, measure_distances
 from proxemetry.errors import OutputError, SettingsError
 from proxemetry.intervals import CHI2_2D
 from proxemetry.measure import place
 from proxemetry.people import People
 from proxemetry.people.skeleton import COCO_17
 from proxemetry.photo import Photo
-from proxemetry.plots.choice import PERSON_COLOURS, footnote, metres_text, pairs_shown, text_on
+from proxemetry.plots.choice import PERSON_COLOURS, footnote, line_colours, metres_text, pairs_shown, text_on
 from proxemetry.plots.faces import heads_px, pixelated
 from proxemetry.plots.geometry import ground_positions
 from proxemetry.plots.lettering import draw_badges, to_points
 from proxemetry.plots.placement import along
 from proxemetry.plots.placement import place as place_labels
+from proxemetry.plots.zone_colours import ZONE_COLOURS
 from proxemetry.scene import Scene
 from proxemetry.settings import Settings
 
@@ -147,7 +148,9 @@ def test_a_number_beside_its_place_has_a_dot_at_the_place() -> None:
 
 def test_intervals_are_part_of_every_number() -> None:
     assert metres_text(2.14, 1.71, 2.62) == "2.1 m [1.7, 2.6]"
-    assert metres_text(0.634, 0.41, 0.88) == "0.63 m [0.41, 0.88]"
+    assert metres_text(0.634, 0.41, 0.88) == "0.6 m [0.4, 0.9]"
+    assert metres_text(0.634, 0.56, 0.71) == "0.63 m [0.56, 0.71]"  # narrow enough for a second decimal
+    assert metres_text(2.14) == "2.1 m"
     assert metres_text(math.nan) == "unknown"
 
 
@@ -252,3 +255,9 @@ def test_a_pair_whose_interval_says_more_than_its_number_is_marked():
     assert "–" in short_pair_text(doubtful, 0, 1)
     assert sure not in short_pair_text(doubtful, 0, 1)
     assert line_styles(metres, [(0, 1)]) != line_styles(doubtful, [(0, 1)])
+
+
+def test_lines_have_the_colours_of_their_zones() -> None:
+    distances = drawn_scene(1200, 800, [(-0.5, 4.0), (0.5, 4.0)]).distances
+    assert line_colours(distances, [(0, 1)]) == [ZONE_COLOURS[distances.zone(0, 1) or UNCERTAIN]]
+    assert len(set(ZONE_COLOURS.values())) == len(ZONES) + 1

@@ -6,9 +6,10 @@ import math
 
 import numpy as np
 
-from ..distances import Distances
+from ..distances import UNCERTAIN, Distances
 from ..intervals import HALF_WIDTH_SD
 from ..scene import Scene
+from .zone_colours import ZONE_COLOURS
 
 #: Okabe and Ito 2008: told apart with any colour vision; the number beside each person says the same.
 PERSON_COLOURS = ("#E69F00", "#56B4E9", "#009E73", "#F0E442", "#0072B2", "#D55E00", "#CC79A7")
@@ -19,6 +20,8 @@ VAGUE_MARK = "?"
 LineStyle = tuple[float, tuple[float, float] | None]
 
 _ALL_PAIRS_UP_TO = 3
+#: The second decimal of a distance says something where its interval is narrower than this.
+_NARROW_M = 0.2
 
 
 def colour_of(person: int) -> str:
@@ -49,11 +52,16 @@ def pairs_shown(distances: Distances, all_pairs: bool = False) -> list[tuple[int
     return sorted(known, key=lambda pair: float(metres[pair]))
 
 
+def decimals(low_m: float, high_m: float) -> int:
+    """Return how many decimals of a distance in metres its interval supports: two where it is narrower than 0.2 m."""
+    return 2 if high_m - low_m < _NARROW_M else 1
+
+
 def metres_text(value_m: float, low_m: float = math.nan, high_m: float = math.nan) -> str:
-    """Return "2.1 m [1.7, 2.6]": one decimal, two below one metre."""
+    """Return "2.1 m [1.7, 2.6]", with the decimals that the interval supports; one where there is none."""
     if not math.isfinite(value_m):
         return "unknown"
-    digits = 2 if value_m < 1 else 1
+    digits = decimals(low_m, high_m)
     if not (math.isfinite(low_m) and math.isfinite(high_m)):
         return f"{value_m:.{digits}f} m"
     return f"{value_m:.{digits}f} m [{low_m:.{digits}f}, {high_m:.{digits}f}]"
@@ -66,11 +74,17 @@ def pair_text(distances: Distances, a: int, b: int) -> str:
 
 
 def short_pair_text(distances: Distances, a: int, b: int) -> str:
-    """Return a pair's distance alone, "0.05–2.2 m ?" where a bare number would claim what nobody knows."""
+    """Return a pair's distance alone, "0.1–2.2 m ?" where a bare number would claim what is not known."""
+    value, low, high = (float(m[a, b]) for m in (distances.distance_m, distances.low_m, distances.high_m))
     if not distances.vague(a, b):
-        return metres_text(float(distances.distance_m[a, b]))
-    low, high = (metres_text(float(m[a, b])).removesuffix(" m") for m in (distances.low_m, distances.high_m))
-    return f"{low}–{high} m {VAGUE_MARK}"
+        return metres_text(value, low, high).partition(" [")[0]
+    digits = decimals(low, high)
+    return f"{low:.{digits}f}–{high:.{digits}f} m {VAGUE_MARK}"
+
+
+def line_colours(distances: Distances, shown: list[tuple[int, int]]) -> list[str]:
+    """Return the colours of pairs' lines: those of their zones."""
+    return [ZONE_COLOURS[distances.zone(a, b) or UNCERTAIN] for a, b in shown]
 
 
 def line_styles(distances: Distances, shown: list[tuple[int, int]]) -> list[LineStyle]:

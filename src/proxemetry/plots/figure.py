@@ -2,22 +2,31 @@
 
 from __future__ import annotations
 
+import math
 import textwrap
 
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
 
+from ..distances import UNCERTAIN, ZONES
 from ..photo import Photo
 from ..scene import Scene
 from .choice import footnote, headline, pairs_shown
 from .photo_panel import draw_photo
 from .plan_panel import draw_plan
+from .zone_colours import ZONE_COLOURS
 
 _INK, _FAINT = "#1A1A1A", "#555555"
 _MARGIN_IN, _HEAD_IN, _FOOT_IN, _LINE_IN = 0.25, 0.62, 0.22, 0.17
 _WIDE = 2.2
 _TEXT_PT = 8.5
+#: How wide an entry of the legend is.
+_LEGEND_ENTRY_IN = 1.62
+_KEY_ROW_IN = 0.21
 
 #: What text in a photo is drawn at, at most: a decoder may then skip most of a 24-megapixel file.
 _LONG_SIDE_PX = 1800
@@ -34,7 +43,7 @@ def overlay_figure(scene: Scene, photo: Photo | None, faces: str, all_pairs: boo
         spots = [(0.0, 0.0), (sizes[0][0] + 0.75, 0.0)]
     else:
         wide = 12.0
-        sizes = [(wide, wide / aspect), (wide - 0.45, 4.2)]
+        sizes = [(wide, wide / aspect), (7.5, 4.2)]  # people stand in a strip as deep as it is wide
         width, height = wide, wide / aspect + 0.35 + 4.2
         spots = [(0.0, 4.2 + 0.35), (0.45, 0.0)]
     figure, panels = _sheet(scene, footnote(scene, shown), width, height, spots, sizes)
@@ -67,7 +76,10 @@ def _sheet(
     """Return a white figure with heading and footnote, and axes at `spots` (inches from the lower left of the body)."""
     per_line = int(width / (_TEXT_PT * 0.0073))
     lines = textwrap.wrap(foot, per_line)[:6]
-    below = _MARGIN_IN + _FOOT_IN + _LINE_IN * len(lines)
+    handles = _legend_handles() if scene.distances.below(math.inf) or scene.bodies.placed.any() else []
+    key_rows = -(-len(handles) // max(1, int(width / _LEGEND_ENTRY_IN)))
+    columns = -(-len(handles) // max(1, key_rows))
+    below = _MARGIN_IN + _FOOT_IN + _LINE_IN * len(lines) + _KEY_ROW_IN * key_rows
     total_width, total_height = width + 2 * _MARGIN_IN, height + _HEAD_IN + below + _MARGIN_IN / 2
     figure = Figure(figsize=(total_width, total_height), facecolor="white")
     FigureCanvasAgg(figure)
@@ -78,6 +90,12 @@ def _sheet(
     figure.text(left, 1 - 0.37 / total_height, _plain(line), size=_TEXT_PT, color=_FAINT, va="top")
     start = (_MARGIN_IN * 0.8 + _LINE_IN * len(lines)) / total_height
     figure.text(left, start, _plain("\n".join(lines)), size=_TEXT_PT, color=_FAINT, va="top", linespacing=1.3)
+    if handles:
+        figure.legend(
+            handles=handles, loc="lower left", ncols=columns, frameon=False, fontsize=_TEXT_PT - 0.5,
+            bbox_to_anchor=(left * 0.6, start + 0.04 / total_height), labelcolor=_FAINT,
+            borderpad=0, borderaxespad=0.2, labelspacing=0.25, handlelength=1.6, columnspacing=1.2,
+        )  # fmt: skip
     panels = [
         figure.add_axes(
             (
@@ -90,6 +108,22 @@ def _sheet(
         for (x, y), (panel_width, panel_height) in zip(spots, sizes, strict=True)
     ]
     return figure, panels
+
+
+def _legend_handles() -> list[Artist]:
+    """Return what explains the figure's signs: zones, facing, where a person may stand, field of view."""
+    limits = ("to 0.46 m", "to 1.22 m", "to 3.66 m", "beyond")
+    zones: list[Artist] = [
+        Line2D([], [], color=ZONE_COLOURS[zone], linewidth=2.6, label=f"{zone} ({limit})")
+        for zone, limit in zip(ZONES, limits, strict=True)
+    ]
+    return [
+        *zones,
+        Line2D([], [], color=ZONE_COLOURS[UNCERTAIN], linewidth=2.6, label="zone uncertain"),
+        Line2D([], [], color="#222222", marker=">", markersize=5, linewidth=1.2, label="faces this way"),
+        Patch(facecolor="#D9E2EA", edgecolor="#333333", linewidth=0.7, label="90 %: may stand here"),
+        Line2D([], [], color="#3B6EA8", linewidth=0.9, linestyle=(0, (5, 3)), label="edge of the photo"),
+    ]
 
 
 def _ending(name: str, most: int) -> str:

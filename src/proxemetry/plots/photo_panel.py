@@ -8,9 +8,10 @@ from matplotlib.collections import LineCollection
 from matplotlib.patheffects import Normal, Stroke
 
 from ..arrays import FloatArray
+from ..distances import Distances
 from ..photo import RGBArray
 from ..scene import Scene
-from .choice import UNPLACED_COLOUR, LineStyle, colour_of, line_styles, pair_text
+from .choice import UNPLACED_COLOUR, colour_of, line_colours, line_styles, pair_text
 from .faces import heads_px, pixelated
 from .geometry import anchors_px
 from .lettering import badge_radius_pt, draw_badges, draw_pair_labels, to_points
@@ -36,7 +37,7 @@ def draw_photo(
     heads, anchors = heads_px(scene.people), to_points(axes, anchors_px(scene.people))
     ends = [(anchors[a], anchors[b]) for a, b in shown]
     _draw_skeletons(axes, scene)
-    _draw_lines(axes, anchors_px(scene.people), shown, line_styles(scene.distances, shown))
+    _draw_lines(axes, anchors_px(scene.people), shown, scene.distances)
     everybody = list(range(len(scene)))
     colours = [badge_colour(scene, i) for i in everybody]
     taken = draw_badges(axes, _badge_spots(axes, heads, anchors), everybody, colours)
@@ -68,13 +69,15 @@ def _draw_skeletons(axes: Axes, scene: Scene) -> None:
         )  # fmt: skip
 
 
-def _draw_lines(axes: Axes, anchors: FloatArray, shown: list[tuple[int, int]], styles: list[LineStyle]) -> None:
+def _draw_lines(axes: Axes, anchors: FloatArray, shown: list[tuple[int, int]], distances: Distances) -> None:
+    """Draw the pairs' lines in their zones' colours between white and black edges, seen on any photo."""
     segments = [anchors[[a, b]] for a, b in shown]
-    width = 1.7 if len(shown) <= _MANY else 1.1
-    casing = [Stroke(linewidth=width + 1.8, foreground="#000000", alpha=0.6), Normal()]
+    width = 2.2 if len(shown) <= _MANY else 1.4
+    edges = [Stroke(linewidth=width + 2.6, foreground="#000000"), Stroke(linewidth=width + 1.4, foreground="#FFFFFF")]
     lines = LineCollection(
-        segments, colors="#FFFFFF", linewidths=width, linestyles=styles, zorder=3, path_effects=casing
-    )
+        segments, colors=line_colours(distances, shown), linewidths=width, linestyles=line_styles(distances, shown),
+        zorder=3, path_effects=[*edges, Normal()],
+    )  # fmt: skip
     axes.add_collection(lines, autolim=False)
 
 

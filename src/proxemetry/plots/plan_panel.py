@@ -8,11 +8,12 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.patches import Ellipse, Polygon
+from matplotlib.patheffects import Normal, Stroke
 
 from ..arrays import FloatArray
 from ..intervals import CHI2_2D
 from ..scene import Scene
-from .choice import colour_of, line_styles, short_pair_text
+from .choice import colour_of, line_colours, line_styles, short_pair_text
 from .geometry import ellipse, field_of_view, ground_positions
 from .lettering import badge_radius_pt, draw_badges, draw_pair_labels, panel_box, to_points
 from .placement import around
@@ -21,6 +22,8 @@ _PAPER, _GRID, _INK = "#FBFBF9", "#DEDEDA", "#555555"
 _STEPS_M = (1, 2, 5, 10, 20, 50, 100, 200, 500)
 _MOST_LINES = 26
 _ARROW_M = 0.55
+#: Ellipses reach out of the picture beyond this share of how far apart people stand.
+_ELLIPSE_SHARE = 0.3
 
 
 def draw_plan(axes: Axes, scene: Scene, shown: list[tuple[int, int]]) -> None:
@@ -41,8 +44,11 @@ def draw_plan(axes: Axes, scene: Scene, shown: list[tuple[int, int]]) -> None:
         _draw_ellipse(axes, positions[person], covariances[person], colour_of(person))
         _draw_heading(axes, positions[person], float(scene.bodies.heading_rad[person]))
     segments = [positions[[a, b]] for a, b in shown]
-    styles = line_styles(scene.distances, shown)
-    lines = LineCollection(segments, colors="#333333", linewidths=0.9, linestyles=styles, zorder=3)
+    lines = LineCollection(
+        segments, colors=line_colours(scene.distances, shown), linewidths=1.8,
+        linestyles=line_styles(scene.distances, shown), zorder=3,
+        path_effects=[Stroke(linewidth=2.8, foreground="#333333"), Normal()],
+    )  # fmt: skip
     axes.add_collection(lines, autolim=False)
     points = to_points(axes, positions)
     reach = 2 * badge_radius_pt(len(placed))
@@ -59,10 +65,10 @@ def _draw_nobody(axes: Axes, scene: Scene) -> None:
 
 
 def _set_limits(axes: Axes, positions: FloatArray, covariances: FloatArray) -> None:
-    """Fit everybody with most of the ellipses, and the camera unless it is so far off that people would be dots."""
+    """Fit everybody with the nearer part of the ellipses, and the camera unless people would be dots beside it."""
     reach = np.sqrt(CHI2_2D * np.einsum("pkk->pk", covariances))
     spread = max(float(np.ptp(positions, axis=0).max()), 2.0)
-    reach = np.minimum(np.nan_to_num(reach), spread) + _ARROW_M
+    reach = np.minimum(np.nan_to_num(reach), max(_ELLIPSE_SHARE * spread, 1.0)) + _ARROW_M
     low, high = (positions - reach).min(axis=0), (positions + reach).max(axis=0)
     if low[1] < 1.5 * (high[1] - low[1]) + 2.0:
         low, high = np.minimum(low, (-0.6, -0.6)), np.maximum(high, (0.6, 0.6))
@@ -83,7 +89,7 @@ def _draw_grid(axes: Axes) -> None:
         set_ticks(np.arange(math.ceil(low / step) * step, high, step))
     axes.grid(color=_GRID, linewidth=0.7)
     axes.set_axisbelow(True)
-    axes.set_title(f"View from above, grid {step} m", size=9, color=_INK, loc="left", pad=4)
+    axes.set_title(f"View from above, metres, grid {step} m", size=9, color=_INK, loc="left", pad=4)
 
 
 def _draw_camera(axes: Axes, scene: Scene) -> None:

@@ -12,10 +12,12 @@ from ..archive.review.actions import Action
 from ..archive.review.edits import joints_to_click
 from ..archive.store.index import Summary
 from ..arrays import FloatArray
+from ..distances import UNCERTAIN
 from ..intervals import HALF_WIDTH_SD
 from ..plots.choice import UNPLACED_COLOUR, camera_text, colour_of, pairs_shown, text_on
 from ..plots.faces import heads_px
 from ..plots.geometry import anchors_px, ellipse, field_of_view, ground_positions
+from ..plots.zone_colours import ZONE_COLOURS
 from ..scene import Scene
 
 
@@ -144,6 +146,7 @@ def _pairs(scene: Scene) -> list[dict[str, Any]]:
             "high_m": number(distances.high_m[a, b], 3),
             "vague": distances.vague(a, b),
             "zone": distances.zone(a, b),
+            "colour": ZONE_COLOURS[distances.zone(a, b) or UNCERTAIN],
             "zones": numbers(distances.zone_probability[a, b], 3),
             "group": number(distances.group_probability[a, b], 2),
             "nearest": (a, b) in shown,

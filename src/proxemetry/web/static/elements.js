@@ -27,10 +27,10 @@ export function tell(text, problem = false) {
   fading = setTimeout(() => (status.className = ""), problem ? 7000 : 2600);
 }
 
-// As in the figures: one decimal, two below one metre.
+// As in the figures: the decimals that the interval supports, one where there is none.
 export function metres(value, low = null, high = null) {
   if (value === null) return "unknown";
-  const digits = value < 1 ? 2 : 1;
+  const digits = low !== null && high !== null && high - low < 0.2 ? 2 : 1;
   const number = (v) => v.toFixed(digits);
   return low === null || high === null ? `${number(value)} m` : `${number(value)} m [${number(low)}, ${number(high)}]`;
 }
@@ -39,6 +39,6 @@ export function metres(value, low = null, high = null) {
 export const pairText = (p) => metres(p.distance_m, p.low_m, p.high_m) + (p.vague ? " ?" : "");
 
 /** A pair's distance alone, or its ends where a bare number would claim what nobody knows. */
-export const shortPairText = (p) => p.vague ? `${metres(p.low_m).replace(" m", "")}–${metres(p.high_m)} ?` : metres(p.distance_m);
+export const shortPairText = (p) => p.vague ? `${metres(p.low_m).replace(" m", "")}–${metres(p.high_m)} ?` : metres(p.distance_m, p.low_m, p.high_m).replace(/ \[.*/, "");
 
 export const plural = (count, one, many) => `${count.toLocaleString("en")} ${count === 1 ? one : many}`;

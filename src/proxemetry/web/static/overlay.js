@@ -199,8 +199,9 @@ export class Overlay {
     const [x1, y1] = this.fields.people[p.a].anchor;
     const [x2, y2] = this.fields.people[p.b].anchor;
     const group = svg("g", { class: `pairline ${kind}`, "data-pair": `${p.a}-${p.b}`, visibility: kind ? "hidden" : null },
-      svg("line", { class: "under", x1, y1, x2, y2, "stroke-width": 4.5 * unit }),
-      svg("line", { class: "over", x1, y1, x2, y2, "stroke-width": 2.2 * unit, "stroke-dasharray": p.vague ? `${6 * unit} ${4 * unit}` : null }),
+      svg("line", { class: "under", x1, y1, x2, y2, "stroke-width": 5 * unit }),
+      svg("line", { class: "edge", x1, y1, x2, y2, "stroke-width": 3.6 * unit }),
+      svg("line", { class: "over", x1, y1, x2, y2, stroke: p.colour, "stroke-width": 2.2 * unit, "stroke-dasharray": p.vague ? `${6 * unit} ${4 * unit}` : null }),
       !kind && svg("line", { class: "hit", x1, y1, x2, y2, "stroke-width": 10 * unit }));
     this.linked(group, { pair: `${p.a}-${p.b}` });
     return group;

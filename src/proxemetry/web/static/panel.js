@@ -12,6 +12,12 @@ export const SIZES = { adults: "adult", children: "child" };
 const ZONES = ["intimate", "personal", "social", "public"];
 const likely = (shares) => shares === null ? null : ZONES.map((zone, k) => `${zone} ${Math.round(100 * shares[k])} %`).join(", ");
 
+function swatch(colour) {
+  const element = html("span", { class: "swatch" });
+  element.style.background = colour;
+  return element;
+}
+
 export class Panel {
   constructor(host, on) {
     this.host = host;
@@ -70,9 +76,9 @@ export class Panel {
     const meaning = `Between body centres, ${ground ? "along the ground" : "in space (gravity unknown)"}; 90 % intervals${doubts}`;
     const rows = pairs.map((p) => this.row({ "data-pair": `${p.a}-${p.b}` }, { pair: `${p.a}-${p.b}` },
       html("th", { scope: "row" }, this.dot(p.a), " – ", this.dot(p.b)),
-      html("td", { class: "num", text: p.distance_m === null ? "unknown" : `${metres(p.distance_m)}${p.vague ? " ?" : ""}` }),
+      html("td", { class: "num", text: p.distance_m === null ? "unknown" : metres(p.distance_m, p.low_m, p.high_m).replace(/ \[.*/, p.vague ? " ?" : "") }),
       html("td", { class: "num", text: p.low_m === null ? "" : metres(p.distance_m, p.low_m, p.high_m).replace(/^.*\[(.*)\]$/, "$1") }),
-      html("td", { text: p.zone ?? "", title: likely(p.zones) }),
+      html("td", { title: likely(p.zones) }, p.zone && swatch(p.colour), p.zone ?? ""),
       html("td", { class: "num", text: p.group === null ? "" : p.group.toFixed(2) })));
     return html("table", {}, html("caption", { class: "hint", text: meaning }),
       html("thead", {}, html("tr", {}, ["Pair", "Distance", "Interval, m", "Zone", "Group"].map((text, k) =>
