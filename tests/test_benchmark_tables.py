@@ -256,7 +256,7 @@ def test_without_a_focal_length_nobody_is_placed(tmp_path: Path) -> None:
     assert "focal_lengths.csv" in str(scene.reason)
 
 
-def fake_locate(people: People, camera: Camera, settings: LocateSettings) -> Bodies:
+def fake_locate(people: People, camera: Camera, settings: LocateSettings, mount: object = None) -> Bodies:
     """Put everybody in a row 1 m apart, 5 m away, gravity known."""
     positions = np.array([(float(k), 0.2, 5.0) for k in range(len(people))]).reshape(-1, 3)
     count = len(people)

@@ -258,6 +258,6 @@ def test_a_pair_whose_interval_says_more_than_its_number_is_marked():
 
 
 def test_lines_have_the_colours_of_their_zones() -> None:
-    distances = drawn_scene(1200, 800, [(-0.5, 4.0), (0.5, 4.0)]).distances
+    distances = drawn_scene([(-0.5, 4.0), (0.5, 4.0)]).distances
     assert line_colours(distances, [(0, 1)]) == [ZONE_COLOURS[distances.zone(0, 1) or UNCERTAIN]]
     assert len(set(ZONE_COLOURS.values())) == len(ZONES) + 1
