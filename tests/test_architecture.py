@@ -14,7 +14,7 @@ SOURCE = Path(proxemetry.__file__).parent
 #: A module imports only from those above it. Names in one row stand side by side.
 LAYERS = (
     ("errors", "version", "arrays", "intervals", "telemetry"),
-    ("assignment", "overlap"),
+    ("assignment", "overlap", "files"),
     ("photo",),
     ("people",),
     ("camera",),

@@ -4,9 +4,25 @@ A message says what is wrong, where, and what to do. The command line prints it 
 into the row of the photo it belongs to. Anything else that escapes is a bug and shows its traceback.
 """
 
+import re
+
+#: Messages quote what files say, which may be long, of several lines, or written to fool a terminal.
+_LONGEST = 1000
+_LINE_ENDS, _CONTROLS = re.compile(r"\s*[\r\n\v\f\x85\u2028\u2029]\s*"), re.compile(r"[\x00-\x1f\x7f-\x9f]")
+
 
 class ProxemetryError(Exception):
-    """The root: catching it catches all that is not a bug."""
+    """The root: catching it catches all that is not a bug. Its message is one line of at most 1,000 letters."""
+
+    def __init__(self, message: str = "") -> None:
+        super().__init__(one_line(message))
+
+
+def one_line(text: str) -> str:
+    """Return a text as one line without control characters, its middle left out where it is long."""
+    if len(text) > _LONGEST:
+        text = f"{text[: _LONGEST * 2 // 3]} ... {text[-_LONGEST // 4 :]}"
+    return _CONTROLS.sub(lambda found: repr(found[0])[1:-1], _LINE_ENDS.sub(" ", text).strip())
 
 
 class PhotoError(ProxemetryError):

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ..errors import LabelsError
+from ..files import read_bytes
 from ..people.skeleton import PARTS
 from .errata import load_errata
 from .labels import BODY_FILE, FOCAL_FILES, PHOTOS_FILE, SETTINGS_FILE, TRUTH_FILE
@@ -71,8 +72,11 @@ def check_labels(folder: str | Path) -> list[Fault]:
 def _read(path: Path, columns: int, faults: list[Fault]) -> list[_Line]:
     """Return the lines with the right number of columns; what is wrong with the others, and the file, is a fault."""
     try:
-        content = path.read_bytes()
-    except OSError:
+        content = read_bytes(path)
+    except OSError as error:
+        if not isinstance(error, FileNotFoundError):
+            faults.append(Fault(path.name, 0, f"cannot be read ({error.strerror})"))
+            return []
         faults.append(Fault(path.name, 0, "no such file; all three label files are needed"))
         return []
     if content.startswith(b"\xef\xbb\xbf"):

@@ -19,6 +19,7 @@ import numpy as np
 
 from ..arrays import FloatArray
 from ..errors import LabelsError
+from ..files import read_text, reason_of
 from ..people.skeleton import PARTS
 from .errata import Erratum, load_errata
 
@@ -199,12 +200,12 @@ def _rows(path: Path, columns: int) -> Iterator[tuple[int, list[str]]]:
 
 def _text(path: Path) -> str:
     try:
-        return path.read_text(encoding="utf-8-sig")
+        return read_text(path)
     except FileNotFoundError as error:
         needed = f"a labels folder holds {BODY_FILE}, {TRUTH_FILE} and {PHOTOS_FILE}"
         raise LabelsError(f"{path}: no such file; {needed}") from error
-    except (OSError, UnicodeDecodeError) as error:
-        raise LabelsError(f"{path}: cannot be read as text ({error})") from error
+    except (OSError, ValueError) as error:
+        raise LabelsError(f"{path}: cannot be read as text ({reason_of(error)})") from error
 
 
 def _number(text: str, where: str) -> float:

@@ -22,6 +22,7 @@ import numpy as np
 
 from ..arrays import FloatArray
 from ..errors import LabelsError, OutputError
+from ..files import read_json, reason_of
 from ..people.skeleton import PARTS
 
 _IMAGE_KEYS = ("filename", "width", "height", "people", "distances_mm", "intervals_mm", "up")
@@ -136,11 +137,11 @@ def read_predictions(path: str | Path) -> Predictions:
 
         return read_results_folder(path)
     try:
-        content = json.loads(path.read_text(encoding="utf-8-sig"))
+        content = read_json(path)
     except FileNotFoundError as error:
         raise LabelsError(f"{path}: no such prediction file or results folder") from error
     except (OSError, ValueError) as error:
-        raise LabelsError(f"{path}: not a JSON prediction file ({error})") from error
+        raise LabelsError(f"{path}: not a JSON prediction file ({reason_of(error)})") from error
     images = _field(content, "images", list, str(path))
     return Predictions(tuple(_image(image, f"{path}: image {k}") for k, image in enumerate(images)), str(path))
 

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import LabelsError
+from ..files import read_text, reason_of
 from ..people.skeleton import PARTS
 from .predictions import Prediction, Predictions
 
@@ -43,13 +44,12 @@ def read_results_folder(folder: Path) -> Predictions:
 def _read(folder: Path, name: str) -> list[dict[str, str]]:
     path = folder / f"{name}.csv"
     try:
-        with path.open(newline="", encoding="utf-8-sig") as file:
-            reader = csv.DictReader(file)
-            columns, rows = list(reader.fieldnames or ()), list(reader)
+        reader = csv.DictReader(read_text(path).splitlines(keepends=True))
+        columns, rows = list(reader.fieldnames or ()), list(reader)
     except FileNotFoundError as error:
         raise LabelsError(f"{path}: no such file; a results folder has photos.csv, people.csv and pairs.csv") from error
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise LabelsError(f"{path}: cannot be read as UTF-8 text ({error})") from error
+    except (OSError, ValueError, csv.Error) as error:
+        raise LabelsError(f"{path}: cannot be read as UTF-8 text ({reason_of(error)})") from error
     missing = [column for column in _COLUMNS[name] if column not in columns]
     if missing:
         hint = (

@@ -16,6 +16,14 @@ from ..arrays import FloatArray
 from ..errors import CameraError
 from .sources import FocalSource, Source
 
+#: Longest side of a photo, pixels: JPEG ends at 65,535, stitched panoramas do not come near a million.
+LARGEST_PX = 1_000_000
+#: Focal lengths that a lens can have, as parts of the photo's side. Fisheyes have a quarter of the long one, a
+#: telescope of ten metres on a full-frame sensor 280 times; a narrow crop makes either a hundred times more.
+FOCAL_RANGE = (0.01, 10_000.0)
+#: Beyond what any calibration finds; larger ones overflow.
+_STRONGEST_DISTORTION = 1e6
+
 NO_DISTORTION = (0.0, 0.0, 0.0, 0.0, 0.0)
 _UNDISTORT_ITERATIONS = 30
 _USER = Source(FocalSource.USER)
@@ -49,6 +57,14 @@ class Camera:
         for name in ("fx", "fy", "cx", "cy", "width", "height", "focal_rel_sd", "principal_sd_px"):
             object.__setattr__(self, name, _plain(name, getattr(self, name)))
         object.__setattr__(self, "distortion", tuple(_plain("distortion", value) for value in self.distortion))
+        self._check_ranges()
+        for name in ("focal_rel_sd", "principal_sd_px"):
+            if getattr(self, name) < 0:
+                raise CameraError(f"camera {name} is {getattr(self, name)}: a standard deviation is 0 or more")
+        if len(self.distortion) != 5 or not all(abs(k) <= _STRONGEST_DISTORTION for k in self.distortion):
+            raise CameraError(f"camera distortion is {self.distortion}: it must be five finite numbers k1 k2 p1 p2 k3")
+
+    def _check_ranges(self) -> None:
         for name in ("fx", "fy", "width", "height"):
             value = getattr(self, name)
             if not (math.isfinite(value) and value > 0):
@@ -56,11 +72,18 @@ class Camera:
         for name in ("cx", "cy", "focal_rel_sd", "principal_sd_px"):
             if not math.isfinite(getattr(self, name)):
                 raise CameraError(f"camera {name} is {getattr(self, name)}: it must be a finite number")
-        for name in ("focal_rel_sd", "principal_sd_px"):
-            if getattr(self, name) < 0:
-                raise CameraError(f"camera {name} is {getattr(self, name)}: a standard deviation is 0 or more")
-        if len(self.distortion) != 5 or not all(map(math.isfinite, self.distortion)):
-            raise CameraError(f"camera distortion is {self.distortion}: it must be five finite numbers k1 k2 p1 p2 k3")
+        long_side = max(self.width, self.height)
+        if long_side > LARGEST_PX:
+            raise CameraError(f"camera size is {self.width} x {self.height}: no photo is larger than {LARGEST_PX:,}")
+        for name, side in (("fx", self.width), ("fy", self.height)):
+            if not FOCAL_RANGE[0] * side <= getattr(self, name) <= FOCAL_RANGE[1] * side:
+                raise CameraError(
+                    f"camera {name} is {getattr(self, name):.7g}: no lens has less than {FOCAL_RANGE[0]:g} or more "
+                    f"than {FOCAL_RANGE[1]:,g} times the photo's {side} pixels"
+                )
+        for name in ("cx", "cy"):
+            if abs(getattr(self, name)) > FOCAL_RANGE[1] * long_side:
+                raise CameraError(f"camera {name} is {getattr(self, name):.7g}: it is nowhere near the photo")
 
     @classmethod
     def centred(

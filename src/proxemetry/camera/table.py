@@ -14,6 +14,7 @@ from fnmatch import fnmatchcase
 from pathlib import Path
 
 from ..errors import CameraError, SettingsError
+from ..files import read_text
 from .mount import STATED_ANGLE_SD_RAD, Mount
 
 _KEYS = ("photo", "make", "model")
@@ -140,10 +141,10 @@ class CameraTable:
         """Read a CSV file, commas or semicolons; raises SettingsError or CameraError with the line that is wrong."""
         path = Path(path)
         try:
-            text = path.read_text(encoding="utf-8-sig")
+            text = read_text(path)
         except OSError as error:
             raise SettingsError(f"--camera-table {path}: cannot be read ({error.strerror})") from error
-        except UnicodeDecodeError as error:
+        except ValueError as error:
             raise SettingsError(f"--camera-table {path}: not UTF-8 text; save it as CSV UTF-8") from error
         lines = text.splitlines()
         header = next((line for line in lines if line.strip()), "")

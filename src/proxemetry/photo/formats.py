@@ -14,6 +14,7 @@ import numpy as np
 
 from ..arrays import RGBArray
 from ..errors import PhotoError
+from ..files import open_file, reason_of
 from .embedded import embedded
 from .metadata import Metadata, orientation_of, read_metadata
 from .raw import MEMORY_BUDGET_BYTES, RAW_EXTENSIONS, Header, raw_header, raw_pixels
@@ -87,11 +88,12 @@ def _is_image(source: Any) -> bool:
 @contextmanager
 def _opened(path: Path) -> Generator[Any]:
     """Open a file as a Pillow image or a rawpy object; whatever a decoder throws leaves as a PhotoError."""
-    if not path.is_file():  # a device or a pipe would block for ever
-        raise PhotoError(f"{path}: {'not a file' if path.exists() else 'no such file'}")
     try:
-        with path.open("rb") as file:
+        with open_file(path) as file:
             start = file.read(12)
+    except (OSError, ValueError) as error:
+        raise PhotoError(f"{path}: {reason_of(error)}") from error
+    try:
         if not start:
             raise PhotoError(f"{path}: the file is empty")
         with warnings.catch_warnings():

@@ -10,6 +10,7 @@ import numpy as np
 
 from ..arrays import RGBArray
 from ..errors import PhotoError
+from ..files import sha256_of
 from .formats import RAW_EXTENSIONS, decode, read_header
 from .metadata import Metadata
 
@@ -51,8 +52,7 @@ class Photo:
         path = Path(path)
         header = read_header(path, with_names=with_names, with_gps=with_gps)
         try:
-            with path.open("rb") as file:
-                digest = hashlib.file_digest(file, "sha256").hexdigest()
+            digest = sha256_of(path)
         except OSError as error:
             raise PhotoError(f"{path}: cannot be read ({error.strerror})") from error
         return cls(name or path.name, header.width, header.height, digest, header.metadata, path)

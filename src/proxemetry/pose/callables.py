@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 
 from ..arrays import FloatArray
 from ..errors import KeypointsError, SettingsError
+from ..files import sha256_of
 from ..people import People
 from ..people.skeleton import BLAZEPOSE_33, BODY_25, COCO_17, HALPE_26, Skeleton
 from ..photo import Photo
-from ..weights import sha256_of
 from . import PoseOptions
 
 #: The skeleton that a number of keypoints stands for where nothing is stated.

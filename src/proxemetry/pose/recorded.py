@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import os
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
@@ -14,6 +15,7 @@ import numpy as np
 
 from ..camera import Camera
 from ..errors import KeypointsError, PhotoError, SettingsError
+from ..files import is_file, read_bytes, reason_of, sha256_of
 from ..people import People
 from ..people.skeleton import COCO_17, Skeleton
 from ..photo import Photo
@@ -120,13 +122,17 @@ class Recorded:
 
 def _digest(path: Path) -> str:
     """Return the SHA-256 of a recording: of the file, or of all names and files of a folder."""
-    if path.is_file():
-        with path.open("rb") as file:
-            return hashlib.file_digest(file, "sha256").hexdigest()
-    digest = hashlib.sha256()
-    for file in sorted(p for p in path.rglob("*") if p.is_file()):
-        digest.update(f"{file.relative_to(path).as_posix()}\n{file.stat().st_size}\n".encode() + file.read_bytes())
-    return digest.hexdigest()
+    try:
+        if not path.is_dir():
+            return sha256_of(path)
+        digest = hashlib.sha256()
+        for file in sorted(p for p in path.rglob("*") if is_file(p)):
+            content = read_bytes(file)
+            name = os.fsencode(file.relative_to(path).as_posix())
+            digest.update(name + f"\n{len(content)}\n".encode() + content)
+        return digest.hexdigest()
+    except OSError as error:
+        raise KeypointsError(f"{error.filename or path}: cannot be read ({reason_of(error)})") from error
 
 
 def open_backend(argument: str, options: PoseOptions) -> Recorded:

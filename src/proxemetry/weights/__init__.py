@@ -7,7 +7,6 @@ shared). `PROXEMETRY_OFFLINE=1` forbids fetching; `PROXEMETRY_MIRROR` is a web a
 
 from __future__ import annotations
 
-import hashlib
 import logging
 import os
 import shutil
@@ -17,11 +16,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ..errors import ModelError
+from ..files import reason_of, sha256_of
 from .table import EMBEDDED, EMBEDDED_FINDER, MODELS, Model, model_named
 
 __all__ = [
     "EMBEDDED", "EMBEDDED_FINDER", "MODELS", "LocatedModel", "Model", "Progress", "add", "cache_folders", "fetch",
-    "if_to_be_had", "is_here", "is_offline", "locate", "model_named", "obtain", "require", "sha256_of", "verify",
+    "if_to_be_had", "is_here", "is_offline", "locate", "model_named", "obtain", "require", "verify",
 ]  # fmt: skip
 
 #: Called while something large is fetched: bytes that are here, and of how many (None where unknown).
@@ -73,7 +73,10 @@ def verify(name: str) -> LocatedModel:
     path = locate(model.name)
     if path is None:
         raise ModelError(f"{model.name}: not in {_folders_text()}; get it with `proxemetry models {_how(model)}`")
-    found, expected = sha256_of(path), _expected_hash(model, path)
+    try:
+        found, expected = sha256_of(path), _expected_hash(model, path)
+    except OSError as error:
+        raise ModelError(f"{path}: cannot be read ({reason_of(error)})") from error
     if not found.startswith(expected):
         raise ModelError(
             f"{path}: damaged or another file: sha256 is {found}, expected {expected}; "
@@ -182,9 +185,12 @@ def add(file: str | Path, name: str | None = None) -> LocatedModel:
     name: which network it is; without it the hash decides. Raises ModelError where the content is not that network.
     """
     file = Path(file)
-    if not file.is_file():
-        raise ModelError(f"{file}: no such file")
-    digest = sha256_of(file)
+    try:
+        digest = sha256_of(file)
+    except FileNotFoundError as error:
+        raise ModelError(f"{file}: no such file") from error
+    except OSError as error:
+        raise ModelError(f"{file}: cannot be read ({reason_of(error)})") from error
     if name is None:
         known = [model for model in MODELS.values() if model.sha256 and digest.startswith(model.sha256)]
         if not known:
@@ -196,12 +202,6 @@ def add(file: str | Path, name: str | None = None) -> LocatedModel:
         shutil.copyfile(file, placing.temporary)
         placing.place()
     return verify(model.name)
-
-
-def sha256_of(path: Path) -> str:
-    """Return a file's sha256 in hexadecimal."""
-    with path.open("rb") as stream:
-        return hashlib.file_digest(stream, "sha256").hexdigest()
 
 
 class open_for_placing:  # noqa: N801 - used as a context, like open()

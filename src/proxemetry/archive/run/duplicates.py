@@ -11,13 +11,13 @@ import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ... import weights
+from ... import files
+from ...files import open_file
 from ..store.folder import is_url, open_filesystem
 from ..store.photos import locate
 
@@ -62,7 +62,7 @@ def sha256_of(location: str) -> str:
     try:
         if is_url(location):
             return hashlib.sha256(open_filesystem(location).cat_file(location)).hexdigest()
-        return weights.sha256_of(Path(location))
+        return files.sha256_of(location)
     except OSError:
         return ""
 
@@ -117,7 +117,7 @@ def _end(location: str, size: int) -> int:
         if is_url(location):
             end = open_filesystem(location).cat_file(location, start=start)
         else:
-            with open(location, "rb") as file:
+            with open_file(location) as file:
                 file.seek(start)
                 end = file.read()
     except OSError:

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from ...errors import OutputError, SettingsError
+from ...files import read_bytes
 
 #: In a results folder: what the run was, which tells that it is one, and the drawings, which are no photos.
 RUN_FILE, OVERLAYS = "run.json", "overlays"
@@ -101,7 +102,7 @@ class Folder:
         try:
             if self._remote is not None:
                 return self._remote.cat_file(self.path(name))
-            return Path(self.path(name)).read_bytes()
+            return read_bytes(self.path(name))
         except (FileNotFoundError, NotADirectoryError):
             return None
         except OSError as error:

@@ -167,12 +167,20 @@ def _files(folder: str, without: str = "", stop: Callable[[], bool] = lambda: Fa
             name = entry.name
             if name[0] == ".":
                 continue
-            if name.rpartition(".")[2].lower() in _ENDINGS and not entry.is_dir():
+            if name.rpartition(".")[2].lower() in _ENDINGS and not _is_folder(entry):
                 yield prefix + name
-            elif entry.is_dir(follow_symlinks=False) and not (  # a link may lead back here
+            elif _is_folder(entry, follow=False) and not (  # a link may lead back here
                 name == OVERLAYS and os.path.isfile(prefix + RUN_FILE)
             ):
                 open_folders.append(prefix + name)
+
+
+def _is_folder(entry: os.DirEntry[str], *, follow: bool = True) -> bool:
+    """Return whether a folder's entry is a folder; not where it cannot be looked at, as a link to itself."""
+    try:
+        return entry.is_dir(follow_symlinks=follow)
+    except OSError:
+        return False
 
 
 def _search_remote(paths: Sequence[str]) -> Search:

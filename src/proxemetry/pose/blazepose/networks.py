@@ -8,6 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...errors import ModelError
+from ...files import read_bytes, reason_of
 from ..litert import interpreter
 from .pruning import without_output
 
@@ -19,7 +21,10 @@ class Network:
 
     def __init__(self, path: Path, threads: int, without: int | None = None) -> None:
         """Load a network, `without` the output of that many elements where one is named."""
-        content = path.read_bytes()
+        try:
+            content = read_bytes(path)
+        except OSError as error:
+            raise ModelError(f"{path}: cannot be read ({reason_of(error)})") from error
         kept = content if without is None else without_output(content, without)
         self._interpreter: Any = interpreter(kept, threads, str(path))
         details = self._interpreter.get_input_details()[0]

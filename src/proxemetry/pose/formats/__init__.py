@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, cast
 
 from ...errors import KeypointsError
+from ...files import parse_json, read_text, reason_of
 from . import coco, openpose, own, toolboxes
 from .recording import Recording, naming, refuse_fractions
 
@@ -59,7 +59,7 @@ def _folder(folder: Path) -> Recordings:
 def _file(path: Path) -> Recordings:
     where = str(path)
     try:
-        content: Any = json.loads(_text(path))
+        content: Any = parse_json(_text(path))
     except ValueError as error:
         raise KeypointsError(f"{where}: not JSON ({error})") from error
     if isinstance(content, Mapping):
@@ -109,8 +109,8 @@ def _photo(path: Path, affix: str) -> str:
 
 def _text(path: Path) -> str:
     try:
-        return path.read_text(encoding="utf-8-sig")
+        return read_text(path)
     except FileNotFoundError as error:
         raise KeypointsError(f"{path}: no such file or folder") from error
-    except (OSError, UnicodeDecodeError) as error:
-        raise KeypointsError(f"{path}: cannot be read ({error})") from error
+    except (OSError, ValueError) as error:
+        raise KeypointsError(f"{path}: cannot be read ({reason_of(error)})") from error

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Generator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -12,6 +11,7 @@ import numpy as np
 
 from ...arrays import FloatArray
 from ...camera import Camera
+from ...camera.camera import LARGEST_PX
 from ...errors import KeypointsError, ProxemetryError
 from ...people import People
 from ...people.skeleton import COCO_17, HALPE_26, Skeleton
@@ -22,6 +22,16 @@ _ALIASES = {
     "hip": "mid_hip", "root": "mid_hip", "pelvis": "mid_hip", "head": "head_top", "left_bigtoe": "left_big_toe",
     "right_bigtoe": "right_big_toe", "left_smalltoe": "left_small_toe", "right_smalltoe": "right_small_toe",
 }  # fmt: skip
+
+
+#: What lies further out than ten of the largest photos is no coordinate.
+_FURTHEST_PX = 10 * LARGEST_PX
+
+
+def shortened(value: object) -> str:
+    """Return what a file says as a message may quote it."""
+    text = str(value)
+    return text if len(text) <= 80 else f"{text[:60]}..."
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,8 +71,8 @@ def naming(where: str) -> Generator[None, None, None]:
         raise KeypointsError(text if text.startswith(where.split(",")[0]) else f"{where}: {text}") from error
     except KeyError as error:
         raise KeypointsError(f"{where}: {error.args[0]!r} is missing") from error
-    except (TypeError, ValueError, IndexError, AttributeError) as error:
-        raise KeypointsError(f"{where}: malformed ({error})") from error
+    except (TypeError, ValueError, IndexError, AttributeError, OverflowError) as error:
+        raise KeypointsError(f"{where}: malformed ({shortened(str(error))})") from error
 
 
 def person_of(triples: Any, score: Any = None, box: Any = None) -> Person:
@@ -86,13 +96,13 @@ def checked(person: Person) -> Person:
     keypoints, scores = np.asarray(person.keypoints, dtype=float), np.asarray(person.scores, dtype=float)
     if keypoints.shape != (len(scores), 2):
         raise KeypointsError(f"keypoints of shape {keypoints.shape} do not fit scores of shape {scores.shape}")
-    missing = (keypoints == 0).all(axis=1) | ~np.isfinite(keypoints).all(axis=1) | ~(scores > 0)
+    missing = (keypoints == 0).all(axis=1) | ~(np.abs(keypoints) < _FURTHEST_PX).all(axis=1) | ~(scores > 0)
     if person.box is not None and len(person.box) < 4:
         raise KeypointsError(f"a box has four numbers, not {len(person.box)}")
     box = None if person.box is None else [float(v) for v in person.box[:4]]
     return Person(
         np.where(missing[:, None], np.nan, keypoints), np.where(missing, 0.0, np.clip(scores, 0.0, 1.0)),
-        box if box is not None and all(map(math.isfinite, box)) else None, person.score,
+        box if box is not None and all(abs(v) < _FURTHEST_PX for v in box) else None, person.score,
     )  # fmt: skip
 
 
@@ -162,6 +172,6 @@ def size_of(entry: Mapping[str, Any]) -> tuple[float | None, float | None]:
     width, height = entry.get("width"), entry.get("height")
     if width is None and height is None:
         return None, None
-    if width is None or height is None or not (float(width) > 0 and float(height) > 0):
-        raise KeypointsError(f"width {width} and height {height} are no photo's size")
+    if width is None or height is None or not all(0 < float(side) <= LARGEST_PX for side in (width, height)):
+        raise KeypointsError(f"width {shortened(width)} and height {shortened(height)} are no photo's size")
     return float(width), float(height)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import threading
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
@@ -13,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import ModelError, SettingsError
+from ...files import reason_of, sha256_of
 from .. import DEVICES
 from ..litert import interpreter
 
@@ -39,7 +39,10 @@ class Network:
             raise SettingsError(f"device {device!r} is unknown: use one of {', '.join(DEVICES)}")
         if not self.path.is_file():
             raise ModelError(f"{self.path}: no such network file; `proxemetry models list` says which there are")
-        self.sha256 = hashlib.sha256(self.path.read_bytes()).hexdigest()
+        try:
+            self.sha256 = sha256_of(self.path)
+        except OSError as error:
+            raise ModelError(f"{self.path}: cannot be read ({reason_of(error)})") from error
         self.channels_last = self.path.suffix == ".tflite"
         of_onnx = _load_openvino if device == "openvino" else _load_onnx_runtime
         loader = _load_litert if self.channels_last else of_onnx

@@ -14,6 +14,7 @@ from typing import Any, TypeVar
 
 from ... import weights
 from ...errors import ModelError, SettingsError
+from ...files import read_text, reason_of
 from ...people.skeleton import Skeleton, skeleton_named
 from ..detections import DECODERS
 from .one_stage import ONE_STAGE
@@ -123,9 +124,13 @@ def read_specification(source: str) -> Specification:
         text = importlib.resources.files(__package__ or "").joinpath("specifications", f"{source}.toml").read_text()
         return _parsed(text, source, Path())
     path = Path(source)
-    if not path.is_file():
-        raise SettingsError(f"specification {source!r}: no such file, nor one of {', '.join(READY)}")
-    return _parsed(path.read_text(encoding="utf-8"), path.name, path.parent)
+    try:
+        text = read_text(path)
+    except FileNotFoundError as error:
+        raise SettingsError(f"specification {source!r}: no such file, nor one of {', '.join(READY)}") from error
+    except (OSError, ValueError) as error:
+        raise SettingsError(f"{path}: cannot be read ({reason_of(error)})") from error
+    return _parsed(text, path.name, path.parent)
 
 
 def _parsed(text: str, source: str, folder: Path) -> Specification:

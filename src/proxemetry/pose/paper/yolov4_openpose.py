@@ -16,6 +16,7 @@ import numpy as np
 
 from ... import weights
 from ...errors import ModelError
+from ...files import sha256_of
 from ...people import People
 from ...people.duplicates import distinct
 from ...people.skeleton import BODY_25, Skeleton
@@ -70,7 +71,7 @@ class YoloOpenPose:
     def models(self) -> Mapping[str, str]:
         """Each file's name and sha256."""
         files = (*self.detector.network.files, *self.pose.network.files)
-        return MappingProxyType({file.name: weights.sha256_of(file) for file in files})
+        return MappingProxyType({file.name: sha256_of(file) for file in files})
 
     def detect(self, photo: Photo) -> People:
         """Return the people of a photo in pixels of the full-size photo."""

@@ -1,0 +1,138 @@
+"""Reading the files that a user names or that lie in a folder: regular files alone, and JSON that holds no surprise.
+
+A pipe, a device or a socket may bear any name, be linked to, and be waited for without end.
+"""
+
+from __future__ import annotations
+
+import errno
+import hashlib
+import json
+import math
+import os
+import re
+import stat
+from collections.abc import Mapping
+from io import BufferedReader
+from pathlib import Path
+from typing import Any, cast
+
+#: What a file may be instead of a file; the kinds of `stat`.
+_KINDS = {
+    stat.S_IFIFO: "a pipe", stat.S_IFSOCK: "a socket", stat.S_IFCHR: "a device", stat.S_IFBLK: "a device",
+    stat.S_IFDIR: "a folder",
+}  # fmt: skip
+#: Longer whole numbers are beyond what a float holds.
+_MOST_DIGITS = 300
+_HALF_OF_A_PAIR = re.compile(r"\\u[dD][89abAB]|\\u[dD][c-fC-F]|[\ud800-\udfff]")
+
+
+def open_file(path: str | Path) -> BufferedReader:
+    """Open a regular file to read; raises OSError, whose `strerror` says what else it is where it is none."""
+    require_file(path)
+    # What was put in its place in the meantime is not waited for either.
+    descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
+    try:
+        _require_regular(os.fstat(descriptor), path)
+        return os.fdopen(descriptor, "rb")
+    except BaseException:
+        os.close(descriptor)
+        raise
+
+
+def require_file(path: str | Path) -> None:
+    """Raise OSError where there is no file, or something else than one; opening some devices alone does harm."""
+    try:
+        found = os.stat(path)  # noqa: PTH116 - a million times in a large archive
+    except OSError as error:
+        if os.path.islink(path):  # noqa: PTH114
+            raise OSError(error.errno, "is a link that leads to no file", str(path)) from error
+        raise
+    _require_regular(found, path)
+
+
+def _require_regular(found: os.stat_result, path: str | Path) -> None:
+    if not stat.S_ISREG(found.st_mode):
+        kind = _KINDS.get(stat.S_IFMT(found.st_mode), "something else")
+        raise OSError(errno.EINVAL, f"is {kind}, not a file", str(path))
+
+
+def is_file(path: str | Path) -> bool:
+    """Return whether there is a regular file, whatever else there is instead."""
+    try:
+        require_file(path)
+    except (OSError, ValueError):
+        return False
+    return True
+
+
+def read_bytes(path: str | Path) -> bytes:
+    """Return a regular file's content; raises OSError."""
+    with open_file(path) as file:
+        return file.read()
+
+
+def read_text(path: str | Path) -> str:
+    """Return a regular file's text, UTF-8 with or without a mark; raises OSError, or ValueError for other bytes."""
+    return read_bytes(path).decode("utf-8-sig")
+
+
+def sha256_of(path: str | Path) -> str:
+    """Return a regular file's SHA-256 in hexadecimal; raises OSError."""
+    with open_file(path) as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def read_json(path: str | Path) -> Any:
+    """Return what a JSON file holds; raises OSError where it cannot be read, ValueError where `parse_json` does."""
+    return parse_json(read_text(path))
+
+
+def parse_json(text: str) -> Any:
+    """Return what a JSON text holds. Whole numbers beyond what a float holds are infinite.
+
+    Raises ValueError for what is no JSON, for nesting that nobody means, and for halves of characters, which no file
+    can be called by and no table can hold.
+    """
+    try:
+        content = json.loads(text, parse_int=_whole)
+    except RecursionError:
+        raise ValueError("nested too deep") from None
+    if _HALF_OF_A_PAIR.search(text):
+        require_whole_characters(content)
+    return content
+
+
+def _whole(digits: str) -> int | float:
+    return int(digits) if len(digits) <= _MOST_DIGITS else math.copysign(math.inf, float(digits))
+
+
+def require_whole_characters(value: Any) -> None:
+    r"""Raise ValueError where a text anywhere in a JSON value has half of a character, as "\ud800" is one."""
+    waiting: list[Any] = [value]
+    while waiting:
+        item = waiting.pop()
+        if isinstance(item, str) and not is_whole(item):
+            shown = item.encode("ascii", "backslashreplace").decode()
+            raise ValueError(f"the text {shown[:60]!r} has half of a character (a lone surrogate)")
+        if isinstance(item, Mapping):
+            waiting += [*cast("Mapping[Any, Any]", item).keys(), *cast("Mapping[Any, Any]", item).values()]
+        elif isinstance(item, list | tuple):
+            waiting += cast("list[Any]", item)
+
+
+def is_whole(text: str) -> bool:
+    """Return whether a text has no half of a character, so that any file can hold it."""
+    try:
+        text.encode()
+    except UnicodeEncodeError:
+        return False
+    return True
+
+
+def reason_of(error: Exception) -> str:
+    """Return why a file could not be read, for a message that names it already."""
+    if not isinstance(error, OSError) or error.strerror is None:
+        return str(error)
+    absent = isinstance(error, FileNotFoundError) and error.strerror == os.strerror(errno.ENOENT)
+    return "no such file" if absent else error.strerror
