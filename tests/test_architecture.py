@@ -47,6 +47,7 @@ SHORTCUTS = {("scene", "display"), ("scene", "plots")}
 #: What scores predictions may know of the rest: never a model, never a photo.
 BENCHMARK_MAY_IMPORT = {
     "errors",
+    "files",
     "arrays",
     "intervals",
     "assignment",
