@@ -88,19 +88,23 @@ def read_json(path: str | Path) -> Any:
     return parse_json(read_text(path))
 
 
-def parse_json(text: str) -> Any:
-    """Return what a JSON text holds. Whole numbers beyond what a float holds are infinite.
+def parse_json(text: str, *, finite: bool = False) -> Any:
+    """Return what a JSON text holds. Whole numbers beyond what a float holds are infinite; with `finite` none may be.
 
     Raises ValueError for what is no JSON, for nesting that nobody means, and for halves of characters, which no file
     can be called by and no table can hold.
     """
     try:
-        content = json.loads(text, parse_int=_whole)
+        content = json.loads(text, parse_int=_whole, parse_constant=_refused if finite else None)
     except RecursionError:
         raise ValueError("nested too deep") from None
     if _HALF_OF_A_PAIR.search(text):
         require_whole_characters(content)
     return content
+
+
+def _refused(name: str) -> float:
+    raise ValueError(f"{name} is no number")
 
 
 def _whole(digits: str) -> int | float:

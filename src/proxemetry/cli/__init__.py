@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import argparse
 import importlib
+import signal
 import sys
 from collections.abc import Sequence
 from typing import NoReturn
@@ -63,6 +64,14 @@ def main(argv: Sequence[str] | None = None) -> int:
             raise  # a bug shows its traceback
         print(f"proxemetry: {refusal}", file=sys.stderr)
         return NOTHING_DONE
+
+
+def end_as_by_ctrl_c() -> None:
+    """Let this process unwind where it is ended by a batch system, or its terminal is closed: what is temporary goes."""
+    for name in ("SIGTERM", "SIGHUP"):
+        number = getattr(signal, name, None)
+        if number is not None and signal.getsignal(number) != signal.SIG_IGN:  # nohup means it
+            signal.signal(number, signal.default_int_handler)
 
 
 def _run(arguments: list[str]) -> int:

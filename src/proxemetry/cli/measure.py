@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import signal
 import sys
 
 from ..archive.run.run import ENGINES, Outcome
@@ -14,7 +13,7 @@ from ..errors import SettingsError
 from ..locate import BODY_SIZES, FLOORS, METHODS, QUIRKS, LocateSettings
 from ..pose import DEVICES, EFFORTS, PoseOptions
 from ..settings import DEFAULT_METHOD, Settings
-from . import DONE, NOTHING_DONE, SOME_FAILED
+from . import DONE, NOTHING_DONE, SOME_FAILED, end_as_by_ctrl_c
 from .camera_options import add_camera_options, add_mount_option, focal_request, number, stated_mount
 from .progress import Reporter
 from .tally import print_results
@@ -132,7 +131,7 @@ def run(args: argparse.Namespace) -> int:
         from ..archive.figures.overlays import require_plotting
 
         require_plotting(args.out)
-    signal.signal(signal.SIGTERM, signal.default_int_handler)  # a batch system's way of saying Ctrl-C
+    end_as_by_ctrl_c()
     try:
         with Reporter() as reporter:
             outcome = run_archive(

@@ -40,6 +40,7 @@ def run(args: argparse.Namespace) -> int:
     from ..web.session import Review
     from ..web.stores import DropStore, FolderStore
 
+    end_as_by_ctrl_c()  # dropped photos are deleted at the end, whichever it is
     if args.agreement and not args.results:
         raise SettingsError("--agreement compares two reviewers of a results folder: name it")
     who = (args.who or getpass.getuser()).strip()

@@ -213,8 +213,8 @@ def _check_memory(image: Image.Image, path: Path) -> None:
     needed = _needed(image, 1)
     if needed > MEMORY_BUDGET_BYTES:
         raise PhotoError(
-            f"{path}: {image.width} x {image.height} pixels would take {needed / 1e9:.1f} GB to decode, more than "
-            f"{MEMORY_BUDGET_BYTES / 1e9:.1f} GB; make it smaller first"
+            f"{path}: {image.width} x {image.height} pixels would take {needed / 1e6:,.0f} MB to decode, more than "
+            f"{MEMORY_BUDGET_BYTES / 1e6:,.0f} MB; make it smaller first"
         )
 
 

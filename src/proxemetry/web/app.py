@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import json
+import asyncio
 import math
-from collections.abc import Awaitable, Callable
+from collections.abc import AsyncGenerator, Awaitable, Callable
 from dataclasses import asdict
 from importlib import resources
-from typing import Any
 
 from starlette.applications import Starlette
 from starlette.concurrency import run_in_threadpool
@@ -16,6 +15,7 @@ from starlette.responses import JSONResponse, Response
 from starlette.routing import Route
 
 from ..errors import PhotoError, ProxemetryError
+from ..files import parse_json
 from .guard import Guard
 from .pictures import SIZES_PX
 from .session import Query, Review
@@ -25,6 +25,9 @@ from .stores import DropStore
 MOST_JSON_BYTES, MOST_UPLOAD_BYTES = 64_000, 100_000_000
 
 _KINDS = {".html": "text/html", ".css": "text/css", ".js": "text/javascript", ".svg": "image/svg+xml"}
+
+#: A sender that stops in the middle is not waited for longer.
+_SECONDS_FOR_A_PIECE = 30.0
 
 Handler = Callable[[Request], Awaitable[Response]]
 
@@ -124,7 +127,7 @@ class _Page:
         return JSONResponse(await run_in_threadpool(self._review.view, identity, _query(request)))
 
     async def act(self, request: Request) -> Response:
-        fields = json.loads(await _body(request, MOST_JSON_BYTES), parse_constant=_refuse_constant)
+        fields = parse_json((await _body(request, MOST_JSON_BYTES)).decode(), finite=True)
         if not isinstance(fields, dict) or not isinstance(fields.get("value"), dict):
             raise ValueError("a correction is {action, value: {...}}")
         identity = int(request.path_params["identity"])
@@ -173,8 +176,8 @@ class _Page:
         if not isinstance(store, DropStore):
             return _error(409, "this page reviews a results folder; `proxemetry review` alone takes dropped photos")
         content = await _body(request, MOST_UPLOAD_BYTES)
-        await run_in_threadpool(store.add, content, request.query_params.get("name", ""))
-        return JSONResponse({"id": await run_in_threadpool(self._review.added)})
+        photo = await run_in_threadpool(store.add, content, request.query_params.get("name", ""))
+        return JSONResponse({"id": await run_in_threadpool(self._review.added, photo)})
 
 
 def _query(request: Request) -> Query:
@@ -182,8 +185,12 @@ def _query(request: Request) -> Query:
     return Query(asked.get("show", "all"), asked.get("sort", "name"), asked.get("group"), asked.get("text", "")[:200])
 
 
-def _refuse_constant(name: str) -> Any:
-    raise ValueError(f"{name} is no number")
+async def _next(chunks: AsyncGenerator[bytes, None]) -> bytes | None:
+    """Return the next piece of a body, None at its end; raises ValueError where none comes for long."""
+    try:
+        return await asyncio.wait_for(anext(chunks, None), _SECONDS_FOR_A_PIECE)
+    except TimeoutError as error:
+        raise ValueError(f"nothing came for {_SECONDS_FOR_A_PIECE:g} seconds") from error
 
 
 async def _body(request: Request, limit: int) -> bytes:
@@ -193,7 +200,8 @@ async def _body(request: Request, limit: int) -> bytes:
     if announced is not None and announced > limit:
         raise _TooLargeError(limit, announced)
     content = bytearray()
-    async for chunk in request.stream():
+    chunks = request.stream()
+    while (chunk := await _next(chunks)) is not None:
         content += chunk
         if len(content) > limit:
             raise _TooLargeError(limit, announced)

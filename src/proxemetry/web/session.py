@@ -12,7 +12,7 @@ from typing import Any
 from ..archive.review.actions import Action
 from ..archive.review.agreement import Agreement, agreement
 from ..archive.review.corrections import FileKey, by_file, in_force
-from ..archive.review.edits import apply
+from ..archive.review.edits import applied
 from ..archive.store.index import Summary, summary_of
 from ..errors import PhotoError, SettingsError
 from ..scene import Scene
@@ -115,7 +115,7 @@ class Review:
         actions = self._actions.get(FileKey.of(scene), ())
         key = (scene.photo, *(a.number for a in actions))
         if key not in self._applied:
-            self._applied[key] = apply(scene, actions)
+            self._applied[key] = applied(scene, actions)
             while len(self._applied) > _SCENES_KEPT:
                 self._applied.popitem(last=False)
         self._applied.move_to_end(key)
@@ -183,13 +183,16 @@ class Review:
             }
 
     def act(self, identity: int, action: str, value: Mapping[str, Any]) -> None:
-        """Keep a correction; raises SettingsError for one that cannot be read, or that would change nothing."""
+        """Keep a correction; raises SettingsError for one that cannot be read or applied."""
         with self._lock:
             scene = self._measured_scene(self._caught_up(identity).photo)
             if action == "undo":
                 raise SettingsError("correction: undo has an address of its own")
-            kept = self.store.log.append(scene, action, value, self.who)
-            self._take_in(identity, scene, [*self._actions.get(FileKey.of(scene), ()), kept])
+            before = self._actions.get(FileKey.of(scene), [])
+            draft, corrected = self.store.log.tried(scene, action, value, self.who, before)
+            actions = [*before, self.store.log.keep(draft)]
+            self._applied[(scene.photo, *(a.number for a in actions))] = corrected  # the fit runs once
+            self._take_in(identity, scene, actions)
 
     def alike(self, identity: int, scope: str) -> list[int]:
         """Return the other readable photos that share a photo's folder or camera.
@@ -247,13 +250,13 @@ class Review:
 
         return self._pictures.get(key, make)
 
-    def added(self) -> int:
-        """Take in a photo that the store has just got; return its number."""
+    def added(self, photo: str) -> int:
+        """Take in what the store has just got; return the number of one of its photos."""
         with self._lock:
             fresh = self.store.summaries()
             self._summaries.extend(fresh[len(self._summaries) :])
             self._orders.clear()
-            return len(self._summaries) - 1
+            return next(i for i, s in enumerate(self._summaries) if s.photo == photo)
 
     def export(self) -> list[str]:
         """Write the corrected tables and the log; return the files' names."""

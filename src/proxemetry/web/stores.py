@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import json
-import tempfile
+import threading
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Any, Protocol
@@ -15,6 +15,7 @@ from ..archive.review.corrections import FILE, Log
 from ..archive.store.folder import is_url
 from ..archive.store.index import Summary, summaries, summary_of
 from ..archive.store.results import Results
+from ..archive.store.scratch import scratch_folder, sweep_scratch
 from ..errors import PhotoError, SettingsError
 from ..measure import measure
 from ..photo import Photo
@@ -106,7 +107,9 @@ class DropStore:
         self._measure = measure_photo
         self._scenes: dict[str, Scene] = {}
         self._files: dict[str, Path] = {}
-        self._folder = tempfile.TemporaryDirectory(prefix="proxemetry-review-")
+        self._lock, self._labels = threading.Lock(), set[str]()
+        sweep_scratch()
+        self._folder = scratch_folder("review")
 
     def about(self) -> dict[str, Any]:
         """Return that there is no folder."""
@@ -114,12 +117,16 @@ class DropStore:
 
     def summaries(self) -> list[Summary]:
         """Return the summaries in the order of arrival."""
-        return [summary_of(scene) for scene in self._scenes.values()]
+        with self._lock:
+            scenes = list(self._scenes.values())
+        return [summary_of(scene) for scene in scenes]
 
     def scenes(self, photos: Iterable[str] | None) -> Iterator[Scene]:
         """Yield scenes as measured."""
         wanted = None if photos is None else set(photos)
-        return (s for name, s in self._scenes.items() if wanted is None or name in wanted)
+        with self._lock:
+            scenes = list(self._scenes.items())
+        return (s for name, s in scenes if wanted is None or name in wanted)
 
     def open_photo(self, photo: str) -> Photo:
         """Return a dropped photo."""
@@ -135,15 +142,14 @@ class DropStore:
         The file gets a name of our own: what the browser calls it is only shown.
         """
         label = " ".join(name.replace("\\", "/").rpartition("/")[2].split())[:200] or "photo"
-        photo = label if label not in self._files else f"{label} ({len(self._files) + 1})"
-        path = Path(self._folder.name) / f"{len(self._files):06d}.photo"
-        path.write_bytes(content)
+        photo, path = self._reserved(label)
         try:
+            path.write_bytes(content)
             opened = Photo.open(path, photo)
             if opened.width * opened.height > MOST_PIXELS:
                 raise PhotoError(
                     f"{photo}: {opened.width} x {opened.height} pixels are more than this page takes "
-                    f"({MOST_PIXELS // 1_000_000} megapixels); `proxemetry measure` takes it"
+                    f"({MOST_PIXELS // 1_000_000} megapixels); `proxemetry measure` takes larger ones"
                 )
             scene = self._measure(opened)
         except PhotoError as error:  # of the name that its owner knows, not of ours
@@ -152,8 +158,20 @@ class DropStore:
         except Exception:
             path.unlink(missing_ok=True)
             raise
-        self._files[photo], self._scenes[photo] = path, scene
+        with self._lock:  # in the order of arrival, whoever was first
+            self._files[photo], self._scenes[photo] = path, scene
         return photo
+
+    def _reserved(self, label: str) -> tuple[str, Path]:
+        """Return a name and a file for one more photo that no other has, nor gets while this one is measured."""
+        with self._lock:
+            number = len(self._labels)
+            photo = label
+            while photo in self._labels:
+                number += 1
+                photo = f"{label} ({number})"
+            self._labels.add(photo)
+            return photo, Path(self._folder.name) / f"{len(self._labels):06d}.photo"
 
     def close(self) -> None:
         """Remove the dropped photos."""

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, cast
 
 from ...camera.focal import FocalRequest
 from ...errors import SettingsError
+from ...files import require_whole_characters
 from ...locate import BODY_SIZES
 
 _LONGEST_NOTE = 10_000
+#: Larger numbers are neither pixels nor millimetres.
+_LARGEST = 1e9
 
 
 @dataclass(frozen=True)
@@ -29,11 +31,13 @@ class Action:
 
 def camera_request(value: Mapping[str, Any]) -> FocalRequest:
     """Return what a "set_camera" action states; raises SettingsError where it contradicts itself."""
+    lengths = {name: value.get(name) for name in ("focal_mm", "focal_35mm", "focal_px")}
+    for name, length in lengths.items():
+        _need(length is None or _is_number(length), f"{name} is a number")
     sensor = value.get("sensor_mm")
+    _need(sensor is None or _are_numbers(sensor, 2), "sensor_mm is a pair of numbers")
     return FocalRequest(
-        focal_mm=value.get("focal_mm"),
-        focal_35mm=value.get("focal_35mm"),
-        focal_px=value.get("focal_px"),
+        **lengths,
         sensor_mm=None if sensor is None else (float(sensor[0]), float(sensor[1])),
     )
 
@@ -44,7 +48,7 @@ def _need(condition: bool, what: str) -> None:
 
 
 def _is_number(value: Any) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= _LARGEST
 
 
 def _are_numbers(value: Any, count: int) -> bool:
@@ -68,7 +72,7 @@ def _check_move(value: Mapping[str, Any]) -> None:
 
 
 def _check_camera(value: Mapping[str, Any]) -> None:
-    request = camera_request({k: v for k, v in value.items() if k != "sensor_mm" or _are_numbers(v, 2)})
+    request = camera_request(value)
     stated = (request.focal_mm, request.focal_35mm, request.focal_px)
     _need(sum(v is not None for v in stated) == 1, "state one focal length: in mm, as 35 mm equivalent or in px")
     _need(request.focal_mm is None or request.sensor_mm is not None, "a focal length in mm needs the sensor's size")
@@ -120,6 +124,10 @@ ACTIONS: dict[str, Kind] = {
 
 def check(action: str, value: Mapping[str, Any]) -> None:
     """Raise SettingsError where an action is unknown or its value is not what `ACTIONS` says."""
+    try:
+        require_whole_characters(value)
+    except ValueError as error:
+        raise SettingsError(f"correction: {error}") from error
     if action == "undo":
         _need(isinstance(value.get("number"), int), "undo names the number of an action")
         return

@@ -15,7 +15,7 @@ from ...overlap import iou
 from ...scene import Scene
 from .actions import Action
 from .corrections import FileKey, by_file, in_force
-from .edits import SAME_PERSON_IOU, apply
+from .edits import SAME_PERSON_IOU, applied
 
 #: Focal lengths this alike (relative) count as the same statement.
 _SAME_FOCAL = 0.01
@@ -88,7 +88,7 @@ def agreement(
 
 
 def _compare(scene: Scene, mine: Sequence[Action], yours: Sequence[Action]) -> _Compared:
-    a, b = apply(scene, mine), apply(scene, yours)
+    a, b = applied(scene, mine), applied(scene, yours)
     pairs = matched_people(a, b)
     rows = [
         (a.distances_m[i, j], b.distances_m[k, m])

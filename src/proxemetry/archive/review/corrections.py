@@ -8,19 +8,21 @@ from __future__ import annotations
 
 import hashlib
 import json
+import os
 import sqlite3
 import threading
 from collections import defaultdict
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from ...errors import OutputError
+from ...errors import OutputError, ProxemetryError, SettingsError
+from ...files import reason_of, require_file
 from ...scene import Scene
 from .actions import ACTIONS, Action, check
-from .edits import apply
+from .edits import applied, apply
 
 __all__ = ["ACTIONS", "FILE", "Action", "Log", "apply", "corrected_scenes", "in_force"]
 
@@ -69,20 +71,46 @@ class Log:
         self.path = str(path)
         self._lock = threading.Lock()
         try:
+            if self.path != ":memory:" and os.path.lexists(self.path):
+                require_file(self.path)  # a pipe would be waited for
             self._database = sqlite3.connect(self.path, check_same_thread=False, isolation_level=None)
             # All in one file, whatever ends the program: people copy it, and keep it on shared drives.
             self._database.execute("PRAGMA journal_mode = DELETE")
             self._database.execute("PRAGMA synchronous = FULL")  # an entry is on the disk before its answer is shown
             self._database.executescript(_SCHEMA)
             self._database.execute(f"SELECT {_COLUMNS} FROM actions LIMIT 1")
-        except sqlite3.Error as error:
-            raise OutputError(f"{self.path}: cannot be used as a log of corrections ({error})") from error
+            # What another program wrote need not be UTF-8.
+            self._database.text_factory = lambda content: content.decode(errors="replace")
+        except (sqlite3.Error, OSError) as error:
+            why = reason_of(error)
+            raise OutputError(f"{self.path}: cannot be used as a log of corrections ({why})") from error
 
     def append(self, scene: Scene, action: str, value: Mapping[str, Any], who: str) -> Action:
-        """Append one action on a scene's file and return it; raises SettingsError for one that `edits` cannot read."""
+        """Append one action on a scene's file and return it; raises SettingsError for one that cannot be applied."""
+        return self.keep(self.tried(scene, action, value, who)[0])
+
+    def tried(
+        self, scene: Scene, action: str, value: Mapping[str, Any], who: str, before: Sequence[Action] | None = None
+    ) -> tuple[Action, Scene]:
+        """Return an action that `keep` would append, and the scene that follows: what is kept is kept for good.
+
+        before: the actions in force, those of the log where None. Raises SettingsError where it cannot be applied.
+        """
         check(action, value)
-        time = datetime.now(UTC).isoformat(timespec="seconds")
-        row = (time, who, scene.photo, scene.sha256, action, json.dumps(dict(value), sort_keys=True, allow_nan=False))
+        before = in_force(self.actions(FileKey.of(scene))) if before is None else before
+        time, number = datetime.now(UTC).isoformat(timespec="seconds"), max((a.number for a in before), default=0) + 1
+        draft = Action(number, time, who, scene.photo, scene.sha256, action, dict(value))
+        try:
+            after = scene if action == "undo" else apply(scene, [*before, draft])
+            after.to_json()
+        except (ProxemetryError, ValueError, ArithmeticError) as error:
+            raise SettingsError(f"correction not kept: {error}") from error
+        return draft, after
+
+    def keep(self, draft: Action) -> Action:
+        """Append an action that was tried and return it with its number; raises OutputError."""
+        value = json.dumps(dict(draft.value), sort_keys=True, allow_nan=False)
+        row = (draft.time, draft.who, draft.photo, draft.sha256, draft.action, value)
         try:
             with self._lock:
                 cursor = self._database.execute(
@@ -90,7 +118,7 @@ class Log:
                 )
         except sqlite3.Error as error:
             raise OutputError(f"{self.path}: the correction was not kept ({error})") from error
-        return Action(int(cursor.lastrowid or 0), time, who, scene.photo, scene.sha256, action, dict(value))
+        return replace(draft, number=int(cursor.lastrowid or 0))
 
     def undo(self, scene: Scene, who: str) -> Action | None:
         """Take back one's own latest action on a scene's file that is in force; return it, None where there is none."""
@@ -109,14 +137,18 @@ class Log:
         if who is not None:
             query += " AND who = ?"
             values.append(who)
-        with self._lock:
-            rows = self._database.execute(f"{query} ORDER BY number", values).fetchall()
-        return [Action(*head, value=json.loads(value)) for *head, value in rows]
+        return [_action(row) for row in self._rows(f"{query} ORDER BY number", values)]
 
     def people(self) -> list[str]:
         """Return who wrote in the log."""
-        with self._lock:
-            return [row[0] for row in self._database.execute("SELECT DISTINCT who FROM actions ORDER BY who")]
+        return [str(row[0]) for row in self._rows("SELECT DISTINCT who FROM actions ORDER BY who", [])]
+
+    def _rows(self, query: str, values: Sequence[str]) -> list[tuple[Any, ...]]:
+        try:
+            with self._lock:
+                return self._database.execute(query, values).fetchall()
+        except sqlite3.Error as error:
+            raise OutputError(f"{self.path}: damaged ({error}); put back a copy of it, or move it away") from error
 
     def close(self) -> None:
         """Close the database."""
@@ -124,10 +156,21 @@ class Log:
             self._database.close()
 
 
+def _action(row: tuple[Any, ...]) -> Action:
+    """Return a row of the log as an action; a value that is no JSON object is empty, and cannot be applied."""
+    number, *texts, value = row
+    try:
+        content = json.loads(value)
+    except (TypeError, ValueError, RecursionError):
+        content = None
+    time, who, photo, sha256, action = (str(text) for text in texts)
+    return Action(int(number), time, who, photo, sha256, action, content if isinstance(content, dict) else {})
+
+
 def in_force(actions: Iterable[Action]) -> list[Action]:
     """Return the actions that nobody took back, without the entries that took others back."""
     listed = list(actions)
-    undone = {a.value["number"] for a in listed if a.action == "undo"}
+    undone = {number for a in listed if a.action == "undo" and isinstance(number := a.value.get("number"), int)}
     return [a for a in listed if a.action != "undo" and a.number not in undone]
 
 
@@ -141,7 +184,7 @@ def by_file(actions: Iterable[Action]) -> dict[FileKey, list[Action]]:
 
 def digest(location: str | Path) -> str | None:
     """Return the SHA-256 of all entries of a results folder's log, None where nothing was ever corrected."""
-    if not (Path(location) / FILE).exists():
+    if not os.path.lexists(Path(location) / FILE):
         return None
     log = entries_at(location)
     entries = [repr((a.number, a.time, a.who, a.photo, a.sha256, a.action, a.value)) for a in log]
@@ -151,7 +194,7 @@ def digest(location: str | Path) -> str | None:
 def entries_at(location: str | Path) -> list[Action]:
     """Return the whole log of a results folder, nothing where there is none."""
     path = Path(location) / FILE
-    if not path.exists():
+    if not os.path.lexists(path):
         return []
     log = Log(path)
     try:
@@ -173,4 +216,4 @@ def corrected_scenes(
         return {}
     names, files = ({getattr(key, n) for key in wanted} - {""} for n in ("photo", "sha256"))
     found = (scene for scene in scenes(names, files) if FileKey.of(scene) in wanted)
-    return {scene.photo: apply(scene, wanted[FileKey.of(scene)]) for scene in found}
+    return {scene.photo: applied(scene, wanted[FileKey.of(scene)]) for scene in found}

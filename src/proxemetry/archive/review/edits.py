@@ -15,6 +15,7 @@ import numpy as np
 from ...bodies import Bodies
 from ...camera import CameraEstimate, Doubt
 from ...camera.focal import estimate_camera, flags_beside_focal
+from ...errors import ProxemetryError, SettingsError, one_line
 from ...measure import remeasure
 from ...overlap import iou
 from ...people import People
@@ -22,7 +23,7 @@ from ...people.skeleton import Skeleton
 from ...photo import Photo
 from ...scene import Review, Scene
 from ...settings import Settings
-from .actions import ACTIONS, Action, camera_request
+from .actions import ACTIONS, Action, camera_request, check
 
 #: Two boxes this alike (area of overlap over area of union) are the same person.
 SAME_PERSON_IOU = 0.5
@@ -61,11 +62,24 @@ def apply(scene: Scene, actions: Sequence[Action]) -> Scene:
     sizes = list(settings.locate.body_sizes or (None,) * len(scene))
     draft = _Draft(scene.people, scene.camera, off_floor, sizes)
     for action in actions:
+        check(action.action, action.value)
         change = _CHANGES.get(action.action)
         if change is not None and change(draft, action.value, scene):
             draft.applied.append(action.number)
             draft.moved |= ACTIONS[action.action].moves
     return _finished(scene, draft, settings, {a.number: a for a in actions})
+
+
+def applied(scene: Scene, actions: Sequence[Action]) -> Scene:
+    """Return what `apply` returns; a correction that cannot be applied costs its photo, which fails and says so."""
+    try:
+        return apply(scene, actions)
+    except Exception as error:  # a log may hold anything that an earlier version, or another program, wrote
+        what = str(error) if isinstance(error, ProxemetryError) else f"{type(error).__name__}: {error}"
+        numbers = ", ".join(str(a.number) for a in actions)
+        reason = one_line(f"its corrections ({numbers} in the log) cannot be applied: {what}")
+        failed = Scene.failed(scene.photo, reason, scene.sha256, scene.made_by)
+        return replace(failed, about=scene.about, width_px=scene.width_px, height_px=scene.height_px)
 
 
 def _finished(scene: Scene, draft: _Draft, settings: Settings, actions: Mapping[int, Action]) -> Scene:
@@ -110,7 +124,7 @@ def _add_person(draft: _Draft, value: Mapping[str, Any], scene: Scene) -> bool:
     for joint, point in value["joints"].items():
         row = skeleton.index(joint)
         if row is not None:
-            keypoints[0, row] = point
+            keypoints[0, row] = _near(point, scene)
     if not np.isfinite(keypoints).any():
         return False
     added = People(skeleton, keypoints, np.isfinite(keypoints).all(axis=-1).astype(float))
@@ -118,6 +132,14 @@ def _add_person(draft: _Draft, value: Mapping[str, Any], scene: Scene) -> bool:
     draft.off_floor.append(False)
     draft.sizes.append(None)
     return True
+
+
+def _near(point: Sequence[float], scene: Scene) -> Sequence[float]:
+    """Return a point in pixels; raises SettingsError where it is further from the photo than the photo is large."""
+    for value, side in zip(point, (scene.width_px, scene.height_px), strict=True):
+        if not -side <= value <= 2 * side:
+            raise SettingsError(f"correction: a joint at {value:g} is far outside the photo of {side} pixels")
+    return point
 
 
 def _joined(one: People, other: People) -> People:
@@ -132,7 +154,7 @@ def _move_joint(draft: _Draft, value: Mapping[str, Any], scene: Scene) -> bool:
     if row is None or joint is None:
         return False
     keypoints, scores = draft.people.keypoints_px.copy(), draft.people.scores.copy()
-    keypoints[row, joint] = np.nan if value["to"] is None else value["to"]
+    keypoints[row, joint] = np.nan if value["to"] is None else _near(value["to"], scene)
     scores[row, joint] = 0.0 if value["to"] is None else 1.0
     draft.people = replace(draft.people, keypoints_px=keypoints, scores=scores)
     return True

@@ -21,6 +21,7 @@ from ..store.manifest import Manifest
 from ..store.parts import Counts
 from ..store.photos import Search, search
 from ..store.results import Results, forget, write_run
+from ..store.scratch import sweep_scratch
 from .changed_files import Changes
 from .manifest_update import Newcomers
 from .schedule import Progress, Schedule
@@ -79,6 +80,7 @@ def run(
     elif named is None and not folder.exists(RUN_FILE):
         raise SettingsError("no photos named: proxemetry measure PATH... --out DIR")
     folder.sweep(parts.FOLDER)
+    sweep_scratch()
     crew, newcomers, changes = _crew(job, jobs, engine), None, None
     is_mine = partial(_is_mine, share=shard)
     try:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import tempfile
 import traceback
 from collections.abc import Callable, Generator, Iterator, Mapping
 from contextlib import contextmanager
@@ -23,6 +22,7 @@ from ..store.file_state import FileState
 from ..store.folder import Folder, is_url, open_filesystem, overlay_name
 from ..store.manifest import Item
 from ..store.parts import Counts, Record, record_of
+from ..store.scratch import scratch_folder
 from .duplicates import sha256_of
 
 
@@ -171,7 +171,7 @@ def _opened(item: Item, backend: PoseBackend, job: Job) -> Generator[Photo]:
     elif item.location is None:
         raise PhotoError(f"{item.photo}: no file, and the back end {backend.name} has no record of it")
     elif is_url(item.location):
-        with tempfile.TemporaryDirectory(prefix="proxemetry-") as scratch:
+        with scratch_folder("photo") as scratch:
             path = Path(scratch) / os.path.basename(item.photo)
             try:
                 path.write_bytes(open_filesystem(item.location).cat_file(item.location))

@@ -7,7 +7,6 @@ import hashlib
 import os
 import re
 import socket
-import tempfile
 from collections.abc import Generator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -15,6 +14,7 @@ from typing import Any
 
 from ...errors import OutputError, SettingsError
 from ...files import read_bytes
+from .scratch import is_alive, scratch_folder
 
 #: In a results folder: what the run was, which tells that it is one, and the drawings, which are no photos.
 RUN_FILE, OVERLAYS = "run.json", "overlays"
@@ -156,7 +156,7 @@ class Folder:
         """Yield a local path to write to; on leaving, the file appears under its name, synced and at once."""
         with _explained(self.path(name)):
             if self._remote is not None:
-                with tempfile.TemporaryDirectory(prefix="proxemetry-") as scratch:
+                with scratch_folder("upload") as scratch:
                     temporary = os.path.join(scratch, os.path.basename(name))
                     yield temporary
                     self._upload(temporary, self.path(name))
@@ -187,7 +187,7 @@ class Folder:
         with _explained(self.location):
             if self._remote is None:
                 Path(self.location).mkdir(parents=True, exist_ok=True)
-            with tempfile.TemporaryDirectory(prefix="proxemetry-") as folder:
+            with scratch_folder("file") as folder:
                 yield os.path.join(folder, "scratch")
 
     def remove(self, name: str) -> None:
@@ -206,7 +206,7 @@ class Folder:
         for leftover in where.glob(f".*{_TEMPORARY}"):
             name, _, writer = leftover.name[1 : -len(_TEMPORARY)].rpartition("@")
             host, _, pid = writer.rpartition("+")
-            dead = host == socket.gethostname() and pid.isdigit() and not _is_alive(int(pid))
+            dead = host == socket.gethostname() and pid.isdigit() and not is_alive(int(pid))
             if dead or (where / name).exists():
                 leftover.unlink(missing_ok=True)
 
@@ -277,15 +277,3 @@ def _sync_folder(path: str) -> None:
         os.fsync(descriptor)
     finally:
         os.close(descriptor)
-
-
-def _is_alive(pid: int) -> bool:
-    if os.name != "posix":
-        return True
-    try:
-        os.kill(pid, 0)
-    except ProcessLookupError:
-        return False
-    except PermissionError:
-        return True
-    return True

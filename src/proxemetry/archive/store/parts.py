@@ -5,7 +5,6 @@ from __future__ import annotations
 import glob
 import json
 import math
-import os
 import tempfile
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
@@ -16,6 +15,7 @@ from ...scene import Scene
 from ...tables import TABLES, rows
 from .file_state import FileState
 from .folder import Folder
+from .scratch import scratch_name
 
 FOLDER = "scenes"
 _FORMAT = "FORMAT parquet, COMPRESSION zstd"
@@ -252,7 +252,7 @@ def connection(threads: int | None = 1) -> Any:
     config: dict[str, Any] = {
         "autoinstall_known_extensions": False,
         "autoload_known_extensions": False,
-        "temp_directory": f"{tempfile.gettempdir()}/proxemetry-duckdb-{os.getpid()}",
+        "temp_directory": f"{tempfile.gettempdir()}/{scratch_name('tables')}",
     }
     return duckdb.connect(config=config if threads is None else {**config, "threads": threads})
 

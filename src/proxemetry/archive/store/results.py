@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import tempfile
 from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
@@ -22,6 +21,7 @@ from . import manifest, parts
 from .folder import OVERLAYS, RUN_FILE, Folder, is_url
 from .identity import SETTINGS_SHA256
 from .parts import attached, quoted, record_of, structure
+from .scratch import scratch_folder
 
 TABLE_FORMATS = ("csv", "parquet")
 
@@ -117,7 +117,7 @@ class Results:
         if not is_url(self.folder.location):
             yield self.folder.location
             return
-        with tempfile.TemporaryDirectory(prefix="proxemetry-") as scratch:
+        with scratch_folder("log") as scratch:
             content = self.folder.read(LOG_FILE)
             if content is not None:
                 Path(scratch, LOG_FILE).write_bytes(content)
