@@ -23,6 +23,7 @@ from proxemetry.photo import Photo
 from proxemetry.scene import Scene
 from proxemetry.settings import Settings
 from proxemetry.web.app import create_app
+from proxemetry.web.serve import configuration
 from proxemetry.web.session import Review
 from synthetic.drawn import people_at
 
@@ -116,7 +117,7 @@ def served(review: Review) -> Iterator[tuple[str, str]]:
     listener.listen()  # before anybody asks
     host = f"127.0.0.1:{listener.getsockname()[1]}"
     app = create_app(review, TOKEN, (host, host.replace("127.0.0.1", "localhost")))
-    server = uvicorn.Server(uvicorn.Config(app, log_level="error", lifespan="off"))
+    server = uvicorn.Server(configuration(app))
     thread = threading.Thread(target=server.run, kwargs={"sockets": [listener]}, daemon=True)
     thread.start()
     try:

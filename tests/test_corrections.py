@@ -257,6 +257,47 @@ def test_what_cannot_be_read_is_not_kept(action: str, value: dict) -> None:
     assert log.actions() == []
 
 
+@pytest.mark.parametrize(
+    ("action", "value"),
+    [
+        ("set_camera", {"focal_px": 1e300}), ("set_camera", {"focal_px": 1e-320}),
+        ("set_camera", {"focal_35mm": 1e200}),
+        ("set_camera", {"focal_px": 10**400}), ("set_camera", {"focal_px": "900"}), ("set_camera", {"focal_px": True}),
+        ("set_camera", {"focal_mm": 50, "sensor_mm": [36, "x"]}), ("note", {"text": "\ud800"}),
+        ("exclude", {"excluded": True, "reason": "half \udc00"}),
+        ("add_person", {"joints": {"left_shoulder": [1e12, 5], "right_shoulder": [9, 5]}}),
+        ("add_person", {"joints": {"left_shoulder": [10**400, 5], "right_shoulder": [9, 5]}}),
+    ],
+)  # fmt: skip
+def test_what_cannot_be_applied_is_not_kept_and_in_the_log_costs_its_photo_alone(
+    action: str, value: dict, tmp_path: Path
+) -> None:
+    scene, other, log = drawn_scene(), drawn_scene(photo="b.jpg", sha256="b2"), Log(tmp_path / FILE)
+    with pytest.raises(SettingsError, match="correction"):
+        log.append(scene, action, value, "ada")
+    assert log.actions() == []
+    log.append(other, "note", {"text": "x"}, "ada")
+    log.keep(Action(0, "2026-01-01T00:00:00+00:00", "ben", "a.jpg", "a1", action, value))  # an earlier version did
+    log.close()
+    found = corrected_scenes(tmp_path, lambda names, files: iter([scene, other]))
+    assert (found["a.jpg"].status, found["b.jpg"].status) == ("failed", "ok")
+    assert "(2 in the log) cannot be applied: " in (found["a.jpg"].reason or "")
+    assert "\n" not in (found["a.jpg"].reason or "")
+    json.loads(found["a.jpg"].to_json().encode())  # a file can hold it
+
+
+def test_a_log_that_others_wrote_into_is_read(tmp_path: Path) -> None:
+    log = Log(tmp_path / FILE)
+    log.close()
+    with sqlite3.connect(tmp_path / FILE) as database:
+        for value in ("no JSON", "[1]", '{"number": "one"}', "[" * 100_000, None):
+            row = ("t", "ada", "a.jpg", "a1", "undo", "" if value is None else value)
+            database.execute("INSERT INTO actions (time, who, photo, sha256, action, value) VALUES (?,?,?,?,?,?)", row)
+        row = ("t", b"\xff\xfe", "a.jpg", "a1", "note", '{"text": "x"}')
+        database.execute("INSERT INTO actions (time, who, photo, sha256, action, value) VALUES (?,?,?,?,?,?)", row)
+    assert [a.action for a in in_force(Log(tmp_path / FILE).actions())] == ["note"]
+
+
 def test_a_file_that_is_no_log_is_one_clear_error(tmp_path: Path) -> None:
     (tmp_path / FILE).write_text("not a database, but long enough to be read as the header of one" * 4)
     with pytest.raises(OutputError, match="log of corrections"):

@@ -67,11 +67,11 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def end_as_by_ctrl_c() -> None:
-    """Let this process unwind where it is ended by a batch system, or its terminal is closed: what is temporary goes."""
-    for name in ("SIGTERM", "SIGHUP"):
-        number = getattr(signal, name, None)
-        if number is not None and signal.getsignal(number) != signal.SIG_IGN:  # nohup means it
-            signal.signal(number, signal.default_int_handler)
+    """Let this process unwind where a batch system ends it or its terminal closes: what is temporary goes."""
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    hang_up = getattr(signal, "SIGHUP", None)
+    if hang_up is not None and signal.getsignal(hang_up) != signal.SIG_IGN:  # nohup means it
+        signal.signal(hang_up, lambda *_: signal.raise_signal(signal.SIGTERM))  # as whoever has taken that over since
 
 
 def _run(arguments: list[str]) -> int:

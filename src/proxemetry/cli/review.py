@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import getpass
 import importlib.util
 import json
 import math
@@ -11,6 +10,7 @@ from dataclasses import asdict
 
 from ..errors import SettingsError
 from ..plots.faces import FACES
+from . import end_as_by_ctrl_c
 
 _EXAMPLES = """examples:
   proxemetry review results                    look at a run, photo by photo, and put right what is wrong
@@ -24,7 +24,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     """Add the options."""
     parser.epilog = _EXAMPLES
     parser.add_argument("results", nargs="?", metavar="DIR", help="results folder; without it, drop a photo")
-    parser.add_argument("--who", metavar="NAME", help="name to keep corrections under (default: your account's)")
+    parser.add_argument("--who", metavar="NAME", help="name to keep corrections under (default: reviewer)")
     parser.add_argument("--blind", action="store_true", help="hide and leave out other people's corrections")
     parser.add_argument("--faces", choices=FACES, default="show", help="blur: pixelate heads on the page")
     parser.add_argument("--port", type=int, default=0, metavar="N", help="port on this machine (default: any free one)")
@@ -43,7 +43,7 @@ def run(args: argparse.Namespace) -> int:
     end_as_by_ctrl_c()  # dropped photos are deleted at the end, whichever it is
     if args.agreement and not args.results:
         raise SettingsError("--agreement compares two reviewers of a results folder: name it")
-    who = (args.who or getpass.getuser()).strip()
+    who = ("reviewer" if args.who is None else args.who).strip()
     if not who:
         raise SettingsError("--who is empty: corrections are kept under a name")
     store = FolderStore(args.results) if args.results else DropStore()

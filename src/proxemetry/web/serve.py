@@ -11,6 +11,7 @@ import webbrowser
 from collections.abc import Callable
 
 import uvicorn
+from starlette.types import ASGIApp
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
 from ..errors import SettingsError
@@ -73,13 +74,17 @@ def serve(review: Review, *, port: int = 0, open_browser: bool = True, tell: Cal
         threading.Thread(target=_warm_up, daemon=True).start()
         if open_browser:
             webbrowser.open(address)
-        config = uvicorn.Config(
-            app, log_level="error", access_log=False, server_header=False, lifespan="off", http=PatientProtocol,
-            timeout_graceful_shutdown=_SECONDS_TO_END,
-        )  # fmt: skip
-        uvicorn.Server(config).run(sockets=[listener])
+        uvicorn.Server(configuration(app)).run(sockets=[listener])
     finally:
         listener.close()
+
+
+def configuration(app: ASGIApp) -> uvicorn.Config:
+    """Return how the page is served."""
+    return uvicorn.Config(
+        app, log_level="error", access_log=False, server_header=False, lifespan="off", http=PatientProtocol,
+        timeout_graceful_shutdown=_SECONDS_TO_END,
+    )  # fmt: skip
 
 
 def _warm_up() -> None:
