@@ -78,7 +78,7 @@ def applied(scene: Scene, actions: Sequence[Action]) -> Scene:
         what = str(error) if isinstance(error, ProxemetryError) else f"{type(error).__name__}: {error}"
         numbers = ", ".join(str(a.number) for a in actions)
         reason = one_line(f"its corrections ({numbers} in the log) cannot be applied: {what}")
-        failed = Scene.failed(scene.photo, reason, scene.sha256, scene.made_by)
+        failed = Scene.failed(scene.photo, reason, scene.sha256, settings=scene.settings, made_by=scene.made_by)
         return replace(failed, about=scene.about, width_px=scene.width_px, height_px=scene.height_px)
 
 
