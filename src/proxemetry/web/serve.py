@@ -9,6 +9,7 @@ import socket
 import threading
 import webbrowser
 from collections.abc import Callable
+from typing import Any
 
 import uvicorn
 from starlette.types import ASGIApp
@@ -46,16 +47,20 @@ class PatientProtocol(H11Protocol):
             self._timer.cancel()
 
     def _watch(self) -> None:
-        waiting = self.cycle is None or self.cycle.response_complete
+        waiting = self._is_waiting()
         if waiting and self._timer is None:
             self._timer = self.loop.call_later(_SECONDS_FOR_A_HEAD, self._close_if_waiting)
         elif not waiting and self._timer is not None:
             self._timer.cancel()
             self._timer = None
 
+    def _is_waiting(self) -> bool:
+        cycle: Any = self.cycle  # none before the first request
+        return cycle is None or cycle.response_complete
+
     def _close_if_waiting(self) -> None:
         self._timer = None
-        if (self.cycle is None or self.cycle.response_complete) and not self.transport.is_closing():
+        if self._is_waiting() and not self.transport.is_closing():
             self.transport.close()
 
 
