@@ -18,6 +18,7 @@ import time
 from collections import Counter
 from pathlib import Path
 
+import duckdb
 import numpy as np
 import pytest
 from hypothesis import given
@@ -272,9 +273,10 @@ def test_workers_and_one_process_write_the_same(tmp_path):
     for name in ("photos", "people", "pairs"):
         assert timeless(tmp_path / "one", name) == timeless(tmp_path / "two", name)
     for name in ("people", "pairs"):
-        for form in ("csv", "parquet"):
-            one, two = (tmp_path / folder / f"{name}.{form}" for folder in ("one", "two"))
-            assert one.read_bytes() == two.read_bytes()
+        one, two = (tmp_path / folder / f"{name}.csv" for folder in ("one", "two"))
+        assert one.read_bytes() == two.read_bytes()
+        one, two = (duckdb.read_parquet(str(path.with_suffix(".parquet"))).fetchall() for path in (one, two))
+        assert one == two
 
 
 def test_a_photo_that_ends_its_process_becomes_a_row(tmp_path):

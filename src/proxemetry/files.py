@@ -24,6 +24,7 @@ _KINDS = {
 }  # fmt: skip
 #: Longer whole numbers are beyond what a float holds.
 _MOST_DIGITS = 300
+_SPELLED = re.compile(r"\\(x(?:[89a-f][0-9a-f]|5c))")
 _HALF_OF_A_PAIR = re.compile(r"\\u[dD][89abAB]|\\u[dD][c-fC-F]|[\ud800-\udfff]")
 
 
@@ -123,6 +124,16 @@ def require_whole_characters(value: Any) -> None:
             waiting += [*cast("Mapping[Any, Any]", item).keys(), *cast("Mapping[Any, Any]", item).values()]
         elif isinstance(item, list | tuple):
             waiting += cast("list[Any]", item)
+
+
+def readable_name(name: str) -> str:
+    r"""Return a file's name as text: of bytes that are no UTF-8, as old archives have them, \xfc stands for 0xFC.
+
+    A name that spells such a byte out itself has \x5c for its backslash, so that no two names are one.
+    """
+    if "\\x" in name:
+        name = _SPELLED.sub(r"\\x5c\1", name)
+    return name if is_whole(name) else os.fsencode(name).decode(errors="backslashreplace")
 
 
 def is_whole(text: str) -> bool:

@@ -10,6 +10,7 @@ import argparse
 import importlib
 import signal
 import sys
+import threading
 from collections.abc import Sequence
 from typing import NoReturn
 
@@ -56,18 +57,12 @@ def main(argv: Sequence[str] | None = None) -> int:
     except BrokenPipeError:
         sys.stderr.close()
         return DONE
-    except Exception as error:
-        from ..archive.store.folder import damaged
-
-        refusal = damaged(error)
-        if refusal is None:
-            raise  # a bug shows its traceback
-        print(f"proxemetry: {refusal}", file=sys.stderr)
-        return NOTHING_DONE
 
 
 def end_as_by_ctrl_c() -> None:
     """Let this process unwind where a batch system ends it or its terminal closes: what is temporary goes."""
+    if threading.current_thread() is not threading.main_thread():
+        return  # whoever runs a command beside other work minds the signals
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     hang_up = getattr(signal, "SIGHUP", None)
     if hang_up is not None and signal.getsignal(hang_up) != signal.SIG_IGN:  # nohup means it

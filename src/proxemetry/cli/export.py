@@ -8,7 +8,7 @@ from ..archive.figures.export import COCO_FILE, write_coco, write_spss
 from ..archive.figures.spreadsheet import Locale, write_local_csv, write_xlsx
 from ..archive.store.folder import Folder
 from ..archive.store.results import TABLE_FORMATS, Results
-from ..errors import OutputError, SettingsError
+from ..errors import SettingsError
 from ..tables import TABLES, codebook_markdown
 from . import DONE
 from .camera_options import number
@@ -57,10 +57,7 @@ def run(args: argparse.Namespace) -> int:
     if args.results is None:
         raise SettingsError("no results named: proxemetry export DIR")
     results = Results.open(args.results)
-    if missing := len(results.missing_shards()):
-        raise OutputError(
-            f"{args.results}: {missing} parts are not there yet; `proxemetry measure --out {args.results}` goes on"
-        )
+    results.require_finished()
     target = Folder(args.out) if args.out else results.folder
     safe = results.run.get("safe_distance_m") if args.safe_distance is None else args.safe_distance
     tables = [f for f in args.format if f in TABLE_FORMATS]

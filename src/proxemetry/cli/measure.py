@@ -105,6 +105,7 @@ def _add_run(parser: argparse.ArgumentParser) -> None:
     group.add_argument("--engine", default="local", choices=ENGINES, help="ray: a cluster")
     group.add_argument("--shard", type=_share, metavar="I/N", help="do the I-th of N parts of the work (I from 1)")
     group.add_argument("--restart", action="store_true", help="begin anew: measure again what the folder has already")
+    group.add_argument("--repair", action="store_true", help="measure again the photos of parts that are damaged")
     group.add_argument("--offline", action="store_true", help="fetch nothing: fail where a network is not here")
 
 
@@ -136,7 +137,7 @@ def run(args: argparse.Namespace) -> int:
         with Reporter() as reporter:
             outcome = run_archive(
                 args.paths, job, jobs=args.jobs, engine=args.engine, shard=args.shard, restart=args.restart,
-                safe_distance_m=args.safe_distance, tell=reporter,
+                repair=args.repair,                 safe_distance_m=args.safe_distance, tell=reporter,
             )  # fmt: skip
         return _finish(args, outcome)
     except KeyboardInterrupt:

@@ -15,7 +15,7 @@ import numpy as np
 
 from ..camera import Camera
 from ..errors import KeypointsError, PhotoError, SettingsError
-from ..files import is_file, read_bytes, reason_of, sha256_of
+from ..files import is_file, is_whole, read_bytes, readable_name, reason_of, sha256_of
 from ..people import People
 from ..people.skeleton import COCO_17, Skeleton
 from ..photo import Photo
@@ -145,11 +145,19 @@ def open_backend(argument: str, options: PoseOptions) -> Recorded:
 def _by_unique_name(path: Path, recordings: tuple[Recording, ...]) -> dict[str, Recording]:
     answer: dict[str, Recording] = {}
     for recording in recordings:
-        name = recording.photo.replace("\\", "/")
+        name = _name_of(recording)
         if name in answer:
             raise KeypointsError(f"{path}: the photo {name} is in it twice")
         answer[name] = replace(recording, photo=name)
     return answer
+
+
+def _name_of(recording: Recording) -> str:
+    """Return a recorded photo's name as tables hold it; the names of OpenPose's files may be bytes that are no text."""
+    if "\0" in recording.photo:
+        raise KeypointsError(f"the photo {recording.photo!r:.80} has a zero byte in its name")
+    name = recording.photo.replace("\\", "/")
+    return name if is_whole(name) else readable_name(name)
 
 
 def _unless_shared(named: Iterable[tuple[str, Recording]]) -> dict[str, Recording]:

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import base64
 import io
+from collections.abc import Generator
+from contextlib import contextmanager
 from pathlib import Path
 
 from .. import plots
-from ..archive.store.folder import is_url
+from ..archive.store.folder import Folder, is_url
 from ..archive.store.results import Results
+from ..archive.store.scratch import scratch_folder
 from ..errors import OutputError, ProxemetryError, SettingsError
 from ..photo import Photo
 from ..plots.faces import FACES
@@ -45,15 +48,10 @@ def write_report(
     if is_url(str(location)):
         raise SettingsError(f"{location}: a report needs a results folder on this machine; copy it here first")
     results = Results.open(location)
-    missing = results.missing_shards()
-    if missing:
-        raise OutputError(
-            f"{results.folder.location}: {len(missing)} parts of the run are missing; "
-            "run the same `proxemetry measure` again to finish it"
-        )
+    results.require_finished()
     run = results.run
-    results.write_tables(run.get("safe_distance_m"))
-    numbers = count(results.folder, group_by, photos, listed)
+    with _tables_of(results, run.get("safe_distance_m"), elsewhere=out is not None) as tables:
+        numbers = count(tables, group_by, photos, listed)
     figures = [
         (scene.photo, _data_url(scene, results.location(scene.photo), faces))
         for scene in results.scenes(numbers.sample)
@@ -68,6 +66,24 @@ def write_report(
     except OSError as error:
         raise OutputError(f"{path}: the report cannot be written ({error.strerror or error})") from error
     return path
+
+
+@contextmanager
+def _tables_of(results: Results, safe_distance_m: float | None, *, elsewhere: bool) -> Generator[Folder]:
+    """Yield the folder with the tables as they are now: on a disk that cannot be written any more, another one."""
+    if results.tables_are_current(safe_distance_m):
+        yield results.folder
+        return
+    try:
+        results.write_tables(safe_distance_m)
+    except OutputError:
+        if not elsewhere:
+            raise
+        with scratch_folder("report") as scratch:
+            results.write_tables(safe_distance_m, Folder(scratch), ("parquet",))
+            yield Folder(scratch)
+    else:
+        yield results.folder
 
 
 def _data_url(scene: Scene, location: str | None, faces: str) -> str:

@@ -101,7 +101,7 @@ def _states(root: str) -> Callable[[str], FileState | None]:
     if not is_url(root):
 
         def local_state_of(photo: str) -> FileState | None:  # a million times in a large archive
-            return FileState.of(f"{root}/{photo}") or FileState.of(locate(root, photo))
+            return FileState.of(f"{root}/{photo}" if "\\x" not in photo else locate(root, photo))
 
         return local_state_of
     found: dict[str, Any] = open_filesystem(root).find(root, detail=True)

@@ -102,11 +102,7 @@ def _mapped(function: Callable[[str], int], names: Sequence[str], kind: Any) -> 
 
 def _size(root: str, name: str) -> int:
     try:
-        return os.stat(f"{root}/{name}").st_size
-    except OSError:
-        pass
-    try:
-        return os.stat(locate(root, name)).st_size
+        return os.stat(f"{root}/{name}" if "\\x" not in name else locate(root, name)).st_size
     except OSError:
         return -1
 

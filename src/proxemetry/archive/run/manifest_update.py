@@ -43,12 +43,15 @@ class Newcomers(Beside[Manifest]):
         manifest, new = compared(folder, known, listing, self._duck)
         self.gate.wait()
         while new and not self.stopped.is_set():
-            append(folder, manifest, new, self._duck)
+            before = manifest.files
+            written = append(folder, manifest, new, self._duck)
             # Somebody else may have been first: then what they left is to be appended.
             known = read(folder, self._duck)
             if known is not None and manifest.moved_to:
                 known = known.moved(manifest.moved_to)
             manifest, new = compared(folder, known, listing, self._duck)
+            if not written and manifest.files <= before:
+                raise OutputError(f"{folder.path(name_of(before))}: in the way of the list of photos")
         return manifest
 
     def allow(self) -> None:

@@ -15,6 +15,7 @@ from ...people import PoseBackend
 from ...pose import backend_named
 from ...version import __version__
 from ..store import manifest, parts
+from ..store.damage import damaged_parts
 from ..store.folder import OVERLAYS, RUN_FILE, Folder, is_url
 from ..store.identity import Identity, require_same
 from ..store.manifest import Manifest
@@ -57,6 +58,7 @@ def run(
     engine: str = "local",
     shard: tuple[int, int] | None = None,
     restart: bool = False,
+    repair: bool = False,
     safe_distance_m: float | None = None,
     tell: Callable[[Progress], None] = lambda _: None,
 ) -> Outcome:
@@ -64,7 +66,8 @@ def run(
 
     paths: photos, folders, globs, URLs; empty for recorded keypoints without photos, or to go on with the photos
     that the folder lists. jobs: worker processes, one a core where None; 0 measures in this process. engine: "local"
-    or "ray". shard: (i, n) does only every n-th shard, the i-th from 1. restart: begin anew. tell: hears of progress.
+    or "ray". shard: (i, n) does only every n-th shard, the i-th from 1. restart: begin anew. repair: measure
+    again what damaged parts hold. tell: hears of progress.
 
     Raises SettingsError, ModelError or KeypointsError where what is asked for cannot be had, OutputError where the
     folder cannot be written or holds results made otherwise.
@@ -79,7 +82,9 @@ def run(
         forget(folder)
     elif named is None and not folder.exists(RUN_FILE):
         raise SettingsError("no photos named: proxemetry measure PATH... --out DIR")
-    folder.sweep(parts.FOLDER)
+    if repair:
+        _repair(folder, tell)
+    _sweep(folder)
     sweep_scratch()
     crew, newcomers, changes = _crew(job, jobs, engine), None, None
     is_mine = partial(_is_mine, share=shard)
@@ -103,8 +108,36 @@ def run(
             if thread is not None:
                 thread.close()
         crew.close()
-        folder.sweep(parts.FOLDER)  # after a refusal as well: a worker may have been too busy to unwind
+        _sweep(folder)  # after a refusal as well: a worker may have been too busy to unwind
+    _require_own(folder, schedule.manifest, is_mine)
     return _concluded(folder, schedule.manifest, counts, safe_distance_m, tell)
+
+
+def _sweep(folder: Folder) -> None:
+    folder.sweep(parts.FOLDER, written_once=True)
+    folder.sweep(manifest.FOLDER, written_once=True)
+    folder.sweep()
+
+
+def _require_own(folder: Folder, listed: Manifest, is_mine: Callable[[int], bool]) -> None:
+    """Raise OutputError where what this run wrote is gone: the folder was removed, renamed or emptied meanwhile."""
+    there = parts.finished(folder)
+    lost = sum(is_mine(s) and s not in there for s in range(listed.n_shards))
+    if lost or not folder.exists(RUN_FILE):
+        raise OutputError(
+            f"{folder.location}: was removed, renamed or emptied while it was written to ({lost} parts are gone); run "
+            "the same command again"
+        )
+
+
+def _repair(folder: Folder, tell: Callable[[Progress], None]) -> None:
+    """Remove the parts that are not what was written: their photos are measured again."""
+    damaged = damaged_parts(folder, parts.names_of(folder))
+    for name in damaged:
+        folder.remove(name)
+    if damaged:
+        word = "part" if len(damaged) == 1 else "parts"
+        tell(Progress(0, 0, 0, note=f"{len(damaged)} damaged {word} removed: the photos are measured again"))
 
 
 def _named(paths: Sequence[str], job: Job) -> Search | Sequence[str] | None:
@@ -200,7 +233,7 @@ def _join(folder: Folder, identity: Identity, there: Collection[int]) -> None:
     if folder.create(RUN_FILE, (json.dumps(fields, indent=2) + "\n").encode()):
         before = [identity.metadata()]
     else:
-        before = [Results(folder).run["metadata"]]
+        before = [Results(folder).run.get("metadata", {})]
         in_order = sorted({*in_order[:1], *in_order[-1:]})
     for other in (*before, *parts.metadata_of(folder, in_order)):
         require_same(identity, other, folder.location)

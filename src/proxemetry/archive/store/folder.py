@@ -5,15 +5,15 @@ from __future__ import annotations
 import errno
 import hashlib
 import os
-import re
 import socket
+import tempfile
 from collections.abc import Generator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
 from ...errors import OutputError, SettingsError
-from ...files import read_bytes
+from ...files import is_file, read_bytes
 from .scratch import is_alive, scratch_folder
 
 #: In a results folder: what the run was, which tells that it is one, and the drawings, which are no photos.
@@ -97,6 +97,22 @@ class Folder:
                 return []
         return sorted(n for n in found if n.endswith(ending) and not n.startswith("."))
 
+    def states(self, subfolder: str) -> dict[str, tuple[Any, ...]]:
+        """Return size and date (behind a URL the entity tag, where there is one) of the files in a subfolder."""
+        if self._remote is None:
+            try:
+                entries = [e for e in os.scandir(self.path(subfolder)) if e.is_file()]
+                return {e.name: (e.stat().st_size, e.stat().st_mtime_ns) for e in entries}
+            except FileNotFoundError:
+                return {}
+        self._remote.invalidate_cache()
+        found: list[dict[str, Any]] = self._remote.ls(self.path(subfolder), detail=True)
+        dates = ("ETag", "etag", "LastModified", "mtime", "created", "updated")
+        return {
+            os.path.basename(about["name"]): (about.get("size"), *(str(about[key]) for key in dates if about.get(key)))
+            for about in found
+        }
+
     def read(self, name: str) -> bytes | None:
         """Return a file's content, None where there is none."""
         try:
@@ -110,9 +126,7 @@ class Folder:
 
     def exists(self, name: str) -> bool:
         """Return whether there is such a file."""
-        return (
-            bool(self._remote.exists(self.path(name))) if self._remote is not None else os.path.exists(self.path(name))
-        )
+        return bool(self._remote.exists(self.path(name))) if self._remote is not None else is_file(self.path(name))
 
     def write(self, name: str, content: bytes) -> None:
         """Write a whole file, replacing what was there."""
@@ -128,6 +142,8 @@ class Folder:
                 return False
             self.write(name, content)
             return True
+        if is_file(self.path(name)):  # also where nothing can be written any more
+            return False
         with _explained(self.path(name)):
             self._make_parent(name)
             temporary = self._temporary(name)
@@ -146,7 +162,7 @@ class Folder:
         return True
 
     def _create_without_links(self, name: str, content: bytes) -> bool:
-        if os.path.exists(self.path(name)):
+        if os.path.lexists(self.path(name)):
             return False
         self.write(name, content)
         return True
@@ -184,11 +200,8 @@ class Folder:
     @contextmanager
     def scratch(self) -> Generator[str]:
         """Yield a local path for a file that does not stay."""
-        with _explained(self.location):
-            if self._remote is None:
-                Path(self.location).mkdir(parents=True, exist_ok=True)
-            with scratch_folder("file") as folder:
-                yield os.path.join(folder, "scratch")
+        with _explained(tempfile.gettempdir()), scratch_folder("file") as folder:
+            yield os.path.join(folder, "scratch")
 
     def remove(self, name: str) -> None:
         """Remove a file if it is there."""
@@ -198,8 +211,11 @@ class Folder:
             else:
                 Path(self.path(name)).unlink()
 
-    def sweep(self, subfolder: str = "") -> None:
-        """Remove what processes of this machine that are gone, and finished files' other writers, left half written."""
+    def sweep(self, subfolder: str = "", *, written_once: bool = False) -> None:
+        """Remove what processes of this machine that are gone left half written.
+
+        written_once: and what others left of files that are there now, which nobody writes again.
+        """
         if self._remote is not None:
             return
         where = Path(self.path(subfolder) if subfolder else self.location)
@@ -207,8 +223,9 @@ class Folder:
             name, _, writer = leftover.name[1 : -len(_TEMPORARY)].rpartition("@")
             host, _, pid = writer.rpartition("+")
             dead = host == socket.gethostname() and pid.isdigit() and not is_alive(int(pid))
-            if dead or (where / name).exists():
-                leftover.unlink(missing_ok=True)
+            if dead or (written_once and (where / name).exists()):
+                with suppress(OSError):  # a disk that cannot be written any more
+                    leftover.unlink(missing_ok=True)
 
     def _make_parent(self, name: str) -> None:
         Path(self.path(name)).parent.mkdir(parents=True, exist_ok=True)
@@ -226,24 +243,11 @@ def _explained(path: str) -> Generator[None]:
     except OSError as error:
         raise _refusal(path, error) from error
     except Exception as error:
-        # DuckDB's own errors: recognised by name, so that this module does not load it.
-        if type(error).__module__.startswith(("_duckdb", "duckdb")) and type(error).__name__ == "IOException":
+        import duckdb  # only now: most commands need none
+
+        if isinstance(error, duckdb.IOException):
             raise _refusal(path, error) from error
         raise
-
-
-def damaged(error: Exception) -> OutputError | None:
-    """Return what to say where DuckDB found a damaged Parquet file, None for any other error."""
-    named = re.search(r"'([^']+/)([^'/]+)\.parquet'", str(error))
-    if type(error).__name__ != "InvalidInputException" or named is None:
-        return None
-    if named[2].startswith("part-"):
-        advice = "delete it, and the same `proxemetry measure` measures its photos again"
-    elif named[2].startswith("manifest-"):
-        advice = "begin anew with --restart"
-    else:
-        advice = "delete it, and `proxemetry export DIR` writes it again"
-    return OutputError(f"{named[1]}{named[2]}.parquet: damaged; {advice}")
 
 
 def _refusal(path: str, error: Exception) -> OutputError:

@@ -47,7 +47,12 @@ def _canonical(value: Mapping[str, Any]) -> str:
 
 def require_same(now: Identity, before: Mapping[str, str], where: str) -> None:
     """Raise OutputError, naming every difference, where parts in `where` were made with anything else."""
-    differences = list(_differences(now.metadata(), before))
+    try:
+        differences = list(_differences(now.metadata(), before))
+    except (KeyError, ValueError, AttributeError, TypeError) as error:
+        raise OutputError(
+            f"{where}: it cannot be told how the results there were made; name another --out, or use --restart"
+        ) from error
     if differences:
         raise OutputError(
             f"{where}: the results there were made otherwise ({'; '.join(differences)}); "

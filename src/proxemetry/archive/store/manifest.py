@@ -8,6 +8,7 @@ Of ten million photos only the shards that are asked for are in memory.
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -19,6 +20,7 @@ from .photos import locate
 
 FOLDER = "manifest"
 SCHEMA = "proxemetry.manifest/4"
+_NAMED = re.compile(r"manifest-\d{3,}\.parquet")
 
 #: Shards are read so many at a time.
 _SHARDS_AT_ONCE = 64
@@ -96,9 +98,14 @@ def name_of(number: int) -> str:
     return f"{FOLDER}/manifest-{number:03d}.parquet"
 
 
+def names(folder: Folder) -> list[str]:
+    """Return the names of a results folder's manifest files; copies that somebody made beside them are none."""
+    return [f"{FOLDER}/{name}" for name in folder.names(FOLDER, ".parquet") if _NAMED.fullmatch(name)]
+
+
 def paths(folder: Folder) -> list[str]:
     """Return the paths or URLs of a results folder's manifest files."""
-    return [folder.path(f"{FOLDER}/{name}") for name in folder.names(FOLDER, ".parquet")]
+    return [folder.path(name) for name in names(folder)]
 
 
 def read(folder: Folder, duck: Any = None) -> Manifest | None:
@@ -110,16 +117,20 @@ def read(folder: Folder, duck: Any = None) -> Manifest | None:
     if not files:
         return None
     duck = attached(folder) if duck is None else duck
-    (header,) = duck.execute(
+    header = duck.execute(
         "SELECT decode(value) FROM parquet_kv_metadata($path) WHERE decode(key) = 'proxemetry'", {"path": files[0]}
     ).fetchone()
-    fields: dict[str, Any] = json.loads(header)
-    if fields["schema"] != SCHEMA:
+    try:
+        fields: dict[str, Any] = json.loads(header[0])
+        root, schema = fields["root"], fields["schema"]
+    except (TypeError, ValueError, KeyError) as error:
+        raise OutputError(f"{files[0]}: damaged; begin anew with --restart") from error
+    if schema != SCHEMA:
         raise OutputError(
-            f"{files[0]}: a list of photos of schema {fields['schema']!r}, made by another version of proxemetry; "
+            f"{files[0]}: a list of photos of schema {schema!r}, made by another version of proxemetry; "
             "use that one, name another --out, or begin anew with --restart"
         )
     sizes = duck.execute(
         "SELECT count(*) FROM read_parquet($paths) GROUP BY shard ORDER BY shard", {"paths": files}
     ).fetchall()
-    return Manifest(folder, fields["root"], tuple(size for (size,) in sizes), len(files))
+    return Manifest(folder, root, tuple(size for (size,) in sizes), len(files))

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-import glob
+import hashlib
 import json
 import math
+import re
 import tempfile
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
@@ -13,11 +14,13 @@ from typing import Any
 
 from ...scene import Scene
 from ...tables import TABLES, rows
+from .damage import BLANK, DIGEST, Guarded, require_whole, seal
 from .file_state import FileState
 from .folder import Folder
 from .scratch import scratch_name
 
 FOLDER = "scenes"
+_NAMED = re.compile(r"part-(\d{6,})\.parquet")
 _FORMAT = "FORMAT parquet, COMPRESSION zstd"
 # Rows of photos of some names or with some hashes.
 _OF_THESE = "(photo IN (SELECT unnest($names::VARCHAR[])) OR sha256 IN (SELECT unnest($files::VARCHAR[])))"
@@ -122,13 +125,30 @@ def name_of(shard: int) -> str:
 
 def finished(folder: Folder) -> set[int]:
     """Return the shards whose part is there."""
-    return {int(name[5:-8]) for name in folder.names(FOLDER, ".parquet") if name.startswith("part-")}
+    found = (_NAMED.fullmatch(name) for name in folder.names(FOLDER, ".parquet"))
+    return {int(name[1]) for name in found if name}
+
+
+def names_of(folder: Folder) -> list[str]:
+    """Return the names of all parts that are there, in the order of their shards."""
+    return [name_of(shard) for shard in sorted(finished(folder))]
+
+
+def strays(folder: Folder) -> list[str]:
+    """Return the names of files beside the parts that are none, as "part-000001 (1).parquet", a copy of one."""
+    return [f"{FOLDER}/{name}" for name in folder.names(FOLDER, ".parquet") if not _NAMED.fullmatch(name)]
+
+
+def state(folder: Folder) -> str:
+    """Return what changes with every part that is written: a digest of their names, sizes and dates."""
+    known = {name.rpartition("/")[2] for name in names_of(folder)}
+    rows = [(name, *about) for name, about in folder.states(FOLDER).items() if name in known]
+    return hashlib.sha256(repr(sorted(rows)).encode()).hexdigest()
 
 
 def every_row(folder: Folder) -> str:
     """Return the rows of all parts as SQL to select from; there must be a part."""
-    # Of the pattern only the last star is one: a folder may be called "1990 [scans]".
-    return f"read_parquet({quoted(glob.escape(folder.path(FOLDER)) + '/part-*.parquet')})"
+    return f"read_parquet([{', '.join(quoted(folder.path(name)) for name in names_of(folder))}])"
 
 
 def write(folder: Folder, shard: int, records: Iterable[Record], metadata: Mapping[str, str]) -> None:
@@ -145,9 +165,10 @@ def write(folder: Folder, shard: int, records: Iterable[Record], metadata: Mappi
     with folder.writing(name_of(shard)) as temporary:
         connection().execute(
             f"COPY (SELECT unnest(from_json($rows::JSON, $structure), max_depth := 2)) TO {quoted(temporary)} "
-            f"({_FORMAT}, KV_METADATA {{{pairs}}})",
+            f"({_FORMAT}, KV_METADATA {{{pairs}, {DIGEST}: {quoted(BLANK)}}})",
             {"rows": text, "structure": structure()},
         )
+        seal(temporary)
 
 
 def metadata_of(folder: Folder, shards: Iterable[int]) -> list[dict[str, str]]:
@@ -159,7 +180,8 @@ def metadata_of(folder: Folder, shards: Iterable[int]) -> list[dict[str, str]]:
         attached(folder)
         .execute(
             "SELECT DISTINCT map(list(decode(key) ORDER BY key), list(decode(value) ORDER BY key)) "
-            "FROM parquet_kv_metadata($paths) WHERE decode(key) LIKE 'proxemetry%' GROUP BY file_name",
+            "FROM parquet_kv_metadata($paths) WHERE decode(key) LIKE 'proxemetry%' "
+            f"AND decode(key) <> '{DIGEST}' GROUP BY file_name",
             {"paths": paths},
         )
         .fetchall()
@@ -218,6 +240,7 @@ def earlier(folder: Folder, shard: int) -> dict[str, Earlier]:
     """Return what a shard's part says of each of its photos, nothing where the part is not there."""
     if not folder.exists(name_of(shard)):
         return {}
+    require_whole(folder, [name_of(shard)])
     found = attached(folder).execute(
         "SELECT photo, to_json(part) FROM read_parquet($path) AS part", {"path": folder.path(name_of(shard))}
     )
@@ -231,6 +254,7 @@ def copied(folder: Folder, shard: int, sha256: str, photo: str, file: FileState 
     """
     if not folder.exists(name_of(shard)):
         return None
+    require_whole(folder, [name_of(shard)])
     found = attached(folder).execute(
         "SELECT to_json(part) FROM read_parquet($path) AS part WHERE sha256 = $sha256 LIMIT 1",
         {"path": folder.path(name_of(shard)), "sha256": sha256},
@@ -257,12 +281,12 @@ def connection(threads: int | None = 1) -> Any:
     return duckdb.connect(config=config if threads is None else {**config, "threads": threads})
 
 
-def attached(folder: Folder, threads: int | None = 1) -> Any:
-    """Return this process's DuckDB, able to read the folder."""
+def attached(folder: Folder, threads: int | None = 1) -> Guarded:
+    """Return this process's DuckDB, able to read the folder; what it raises names what is damaged there."""
     connected = connection(threads)
     if folder.filesystem is not None and not connected.filesystem_is_registered(folder.location.partition("://")[0]):
         connected.register_filesystem(folder.filesystem)
-    return connected
+    return Guarded(connected, folder)
 
 
 def quoted(text: str) -> str:

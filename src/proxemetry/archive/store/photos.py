@@ -11,10 +11,11 @@ from dataclasses import dataclass
 from typing import Any
 
 from ...errors import SettingsError
+from ...files import readable_name
 from ...photo import EXTENSIONS
 from .folder import OVERLAYS, RUN_FILE, is_url, local_path, open_filesystem
 
-_ESCAPED = re.compile(rb"\\x([89a-f][0-9a-f])")
+_ESCAPED = re.compile(rb"\\x([89a-f][0-9a-f]|5c)")
 _ENDINGS = frozenset(ending[1:] for ending in EXTENSIONS)
 
 
@@ -34,19 +35,9 @@ def locate(root: str, name: str) -> str:
     """Return the path or URL of the photo called `name` relative to `root`."""
     if is_url(root):
         return posixpath.join(root, name)
-    path = os.path.normpath(os.path.join(root, name))
-    if "\\x" in name and not os.path.exists(path):  # a name of bytes that are no text, see `_readable`
-        path = os.fsdecode(_ESCAPED.sub(lambda found: bytes([int(found[1], 16)]), os.fsencode(path)))
-    return path
-
-
-def _readable(name: str) -> str:
-    r"""Return a file's name as text: of bytes that are no UTF-8, as old archives have them, \xfc stands for 0xFC."""
-    try:
-        name.encode()
-    except UnicodeEncodeError:
-        return os.fsencode(name).decode(errors="backslashreplace")
-    return name
+    if "\\x" in name:  # a name of bytes that are no text, see `files.readable_name`
+        name = os.fsdecode(_ESCAPED.sub(lambda found: bytes([int(found[1], 16)]), os.fsencode(name)))
+    return os.path.normpath(os.path.join(root, name))
 
 
 @dataclass(frozen=True)
@@ -93,8 +84,8 @@ class Search:
         names = [file[start:] for file in files]
         if os.sep != "/":
             names = [name.replace(os.sep, "/") for name in names]
-        if not all(map(str.isascii, names)):
-            names = [_readable(name) for name in names]
+        if not all(map(str.isascii, names)) or any("\\x" in name for name in names):
+            names = [readable_name(name) for name in names]
         once = names if len(self.folders) == 1 and not self.found else set(names)
         return Listing(self.root, tuple(sorted(once)))
 

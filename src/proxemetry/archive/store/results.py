@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import logging
 import os
 from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
@@ -18,6 +19,7 @@ from ...version import __version__
 from ..review.corrections import FILE as LOG_FILE
 from ..review.corrections import by_file, corrected_scenes, digest, entries_at, in_force
 from . import manifest, parts
+from .damage import require_whole, run_of
 from .folder import OVERLAYS, RUN_FILE, Folder, is_url
 from .identity import SETTINGS_SHA256
 from .parts import attached, quoted, record_of, structure
@@ -46,13 +48,21 @@ class Results:
     @property
     def run(self) -> dict[str, Any]:
         """What `run.json` says."""
-        content = self.folder.read(RUN_FILE)
-        if content is None:
-            raise OutputError(f"{self.folder.path(RUN_FILE)}: missing")
-        try:
-            return json.loads(content)
-        except ValueError as error:
-            raise OutputError(f"{self.folder.path(RUN_FILE)}: not JSON ({error})") from error
+        fields = run_of(self.folder)
+        if fields is None:
+            raise OutputError(f"{self.folder.path(RUN_FILE)}: missing; was the folder removed or renamed meanwhile?")
+        return fields
+
+    def require_finished(self) -> None:
+        """Raise OutputError where parts of the run are still to come."""
+        listed = manifest.read(self.folder)
+        missing = None if listed is None else len(self.missing_shards())
+        if missing is None or missing:
+            what = "its photos are not listed yet" if missing is None else f"{missing} parts are missing"
+            raise OutputError(
+                f"{self.folder.location}: the run there is not finished ({what}); wait for it, or run the same "
+                "`proxemetry measure` again"
+            )
 
     def missing_shards(self) -> list[int]:
         """Return the shards of the manifest whose part is not there."""
@@ -131,8 +141,9 @@ class Results:
         Raises OutputError where they cannot be written.
         """
         target = target or self.folder
-        duck = self.view()
+        # Before anything is read: where a part is replaced meanwhile, the tables are known to be of an older state.
         made_of = f"KV_METADATA {{{_MADE_OF}: {quoted(self._state(safe_distance_m))}}}"
+        duck = self.view()
         options = {"parquet": f"FORMAT parquet, COMPRESSION zstd, {made_of}", "csv": "FORMAT csv, HEADER"}
         for table in TABLES:
             query = table_query(table, safe_distance_m)
@@ -163,22 +174,34 @@ class Results:
         return {None if row is None else row[0] for row in rows}
 
     def _state(self, safe_distance_m: float | None) -> str:
-        """Return what tables written now are made of. Parts are never written twice: their number tells them."""
+        """Return what tables written now are made of."""
         with self._beside_log() as location:
             state = {
                 "version": __version__,
                 "settings": self.run.get("metadata", {}).get(SETTINGS_SHA256),
-                "parts": len(parts.finished(self.folder)),
+                "parts": parts.state(self.folder),
                 "corrections": digest(location),
                 "safe_distance_m": safe_distance_m,
             }
         return json.dumps(state, separators=(",", ":"))
 
     def view(self) -> Any:
-        """Return a DuckDB in which `table_query` finds the rows of all parts, corrections applied."""
+        """Return a DuckDB in which `table_query` finds the rows of all parts, corrections applied.
+
+        Raises OutputError where a part is damaged, or none is there.
+        """
+        self._require_parts()
         duck = attached(self.folder, threads=None)
         duck.execute(f"CREATE OR REPLACE TEMP VIEW measured AS {self._rows(duck)}")
         return duck
+
+    def _require_parts(self) -> None:
+        names = parts.names_of(self.folder)
+        if not names:
+            raise OutputError(f"{self.folder.location}: nothing is measured there yet")
+        require_whole(self.folder, names)
+        for name in parts.strays(self.folder)[:1]:
+            logging.getLogger("proxemetry").warning(f"{self.folder.path(name)}: no part of a run (a copy?); not read")
 
     def _rows(self, duck: Any) -> str:
         """Return the query for all rows of all parts, those of corrected scenes replaced."""
@@ -222,18 +245,17 @@ def write_run(folder: Folder, fields: Mapping[str, Any]) -> None:
 
 def forget(folder: Folder) -> None:
     """Remove what an earlier run wrote, corrections and anything not ours left alone."""
-    for name in folder.names(parts.FOLDER, ".parquet"):
-        if name.startswith("part-"):
-            folder.remove(f"{parts.FOLDER}/{name}")
-    for name in folder.names(manifest.FOLDER, ".parquet"):
-        folder.remove(f"{manifest.FOLDER}/{name}")
+    for name in parts.names_of(folder):
+        folder.remove(name)
+    for path in manifest.names(folder):
+        folder.remove(path)
     for table in TABLES:
         for form in TABLE_FORMATS:
             folder.remove(f"{table}.{form}")
     folder.remove("codebook.csv")
     folder.remove(RUN_FILE)
     if not is_url(folder.location):
-        folder.sweep(parts.FOLDER)
+        folder.sweep(parts.FOLDER, written_once=True)
         forget_overlays(folder)
 
 

@@ -1,0 +1,228 @@
+"""Damaged, copied-over, young and vanished results folders: each is one line, and rot is named."""
+
+import os
+import shutil
+import socket
+import subprocess
+import sys
+import threading
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from proxemetry.archive.run import run as run_module
+from proxemetry.archive.run.run import run
+from proxemetry.archive.run.work import Job
+from proxemetry.archive.store import damage, parts
+from proxemetry.archive.store.folder import Folder
+from proxemetry.archive.store.results import Results
+from proxemetry.cli import main
+from synthetic.small_photos import write_photo, write_photos
+
+POSE = "python:synthetic.small_photos:two_people"
+NAMES = ("run.json", "manifest/manifest-000.parquet", "scenes/part-000001.parquet", "photos.parquet", "pairs.parquet")
+
+
+@pytest.fixture(scope="module")
+def original(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("damage")
+    write_photos(folder / "photos", 5)
+    run([str(folder / "photos")], Job(str(folder / "r"), POSE), jobs=0)
+    return folder
+
+
+@pytest.fixture
+def results(original: Path, tmp_path: Path) -> Path:
+    shutil.copytree(original / "r", tmp_path / "r")
+    return tmp_path / "r"
+
+
+def _measure(photos: Path, results: Path, *more: str) -> int:
+    return main(["measure", str(photos), "--out", str(results), "--pose", POSE, "--jobs", "0", *more])
+
+
+def _commands(results: Path) -> list[list[str]]:
+    there = str(results)
+    return [["export", there], ["report", there], ["summary", there], ["export", there, "--format", "coco"]]
+
+
+def test_every_flipped_bit_of_a_part_is_noticed(original: Path) -> None:
+    content = (original / "r/scenes/part-000002.parquet").read_bytes()
+    assert damage.is_whole(content)
+    generator = np.random.default_rng(1)
+    for place in generator.integers(0, 8 * len(content), 500):
+        flipped = bytearray(content)
+        flipped[place // 8] ^= 1 << place % 8
+        assert not damage.is_whole(bytes(flipped))
+    assert not damage.is_whole(content[:-1])
+    assert not damage.is_whole(b"")
+
+
+def test_rot_is_named_and_measured_again_on_request(
+    original: Path, results: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    before = (results / "pairs.csv").read_bytes()
+    part = results / "scenes/part-000003.parquet"
+    content = bytearray(part.read_bytes())
+    content[len(content) // 3] ^= 4
+    part.write_bytes(content)
+    for command in (["export", str(results)], ["report", str(results)]):
+        assert main(command) == 2
+        said = capsys.readouterr().err
+        assert said.count("\n") == 1
+        assert "part-000003.parquet: damaged" in said
+        assert "--repair" in said
+    assert _measure(original / "photos", results) == 2
+    assert _measure(original / "photos", results, "--repair") == 0
+    assert "1 damaged part removed" in capsys.readouterr().err
+    assert (results / "pairs.csv").read_bytes() == before
+
+
+def test_stray_copies_are_ignored_and_told(results: Path, caplog: pytest.LogCaptureFixture) -> None:
+    before = (results / "pairs.csv").read_bytes()
+    for name in ("scenes/part-000001", "manifest/manifest-000"):
+        shutil.copy(results / f"{name}.parquet", results / f"{name} (1).parquet")
+    for command in _commands(results):
+        assert main(command) == 0
+    assert (results / "pairs.csv").read_bytes() == before
+    assert "part-000001 (1).parquet: no part of a run" in caplog.text
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_every_damage_is_one_line_or_none(
+    name: str, original: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    content = (original / "r" / name).read_bytes()
+    other = b"[1]" if name.endswith("json") else (original / "r/people.parquet").read_bytes()
+    kinds = {
+        "cut": content[: len(content) // 2], "flipped": bytes(b ^ 16 for b in content), "empty": b"", "other": other,
+        "folder": None, "pipe": None, "gone": None,
+    }  # fmt: skip
+    for kind, damaged in kinds.items():
+        results = tmp_path / kind
+        shutil.copytree(original / "r", results)
+        (results / name).unlink()
+        if damaged is not None:
+            (results / name).write_bytes(damaged)
+        elif kind != "gone":
+            {"folder": os.mkdir, "pipe": os.mkfifo}[kind](results / name)
+        for command in (*_commands(results), ["measure", "--pose", POSE, "--out", str(results), "--jobs", "0"]):
+            codes: list[int] = []
+            # a loop or a wait would keep a plain call here for ever
+            worker = threading.Thread(target=lambda c=command, k=codes: k.append(main(c)), daemon=True)
+            worker.start()
+            worker.join(60)
+            said = capsys.readouterr().err
+            assert codes in ([0], [2]), (kind, command, said)
+            assert codes == [0] or said.count("\n") == 1, (kind, command, said)
+
+
+@pytest.mark.parametrize(
+    "content",
+    ["3", "{}", '{"metadata": 3}', '{"settings": [1]}', '{"metadata": {"proxemetry_settings": 5}}', "[" * 100_000],
+)
+def test_a_run_file_of_another_kind_is_one_line(
+    content: str, original: Path, results: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (results / "run.json").write_text(content)
+    for command in _commands(results):
+        code, said = main(command), capsys.readouterr().err
+        assert code == 0 or (code == 2 and said.count("\n") == 1), (command, said)
+    assert _measure(original / "photos", results) == 2
+
+
+def test_a_run_that_is_still_listed_is_one_line(results: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    for name in ("scenes", "manifest"):
+        shutil.rmtree(results / name)
+    for command in (["report", str(results)], ["export", str(results)], ["export", str(results), "--format", "coco"]):
+        assert main(command) == 2
+        assert "photos are not listed yet" in capsys.readouterr().err
+
+
+def test_a_folder_that_vanishes_is_not_success(original: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    real = run_module.Schedule.run
+
+    def gone(*arguments: object) -> object:
+        counts = real(*arguments)  # type: ignore[arg-type]
+        shutil.rmtree(tmp_path / "v")
+        return counts
+
+    monkeypatch.setattr(run_module.Schedule, "run", gone)
+    assert _measure(original / "photos", tmp_path / "v") == 2
+
+
+def test_what_a_killed_run_left_of_tables_goes(original: Path, results: Path) -> None:
+    gone = subprocess.Popen([sys.executable, "-c", ""])
+    gone.wait()
+    ours, theirs = (f".pairs.parquet@{host}+{gone.pid}.tmp" for host in (socket.gethostname(), "elsewhere"))
+    for name in (ours, theirs):
+        (results / name).write_bytes(b"x")
+    assert _measure(original / "photos", results) == 0
+    assert not (results / ours).exists()
+    assert (results / theirs).exists()  # whoever writes there may be at it
+
+
+def test_tables_of_a_part_that_is_replaced_meanwhile_are_known_to_be_old(
+    results: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = Folder(results)
+    stored = Results(folder)
+    records = [record.record(record.file) for record in parts.earlier(folder, 2).values()]
+    (metadata,) = parts.metadata_of(folder, [2])
+    read = Results.view
+
+    def replaced_after_reading(self: Results) -> object:
+        duck = read(self)
+        parts.write(folder, 2, records, metadata)
+        return duck
+
+    with monkeypatch.context() as patched:
+        patched.setattr(Results, "view", replaced_after_reading)
+        stored.write_tables()
+    assert not stored.tables_are_current()
+    stored.write_tables()
+    assert stored.tables_are_current()
+
+
+@pytest.mark.skipif(os.name != "posix", reason="bytes as names")
+def test_a_name_of_bytes_and_one_that_spells_them_are_two(tmp_path: Path) -> None:
+    (tmp_path / "photos").mkdir()
+    names = [b"a\xfc.jpg", rb"a\xfc.jpg", rb"a\x5cxfc.jpg"]
+    for number, name in enumerate(names):
+        made = write_photo(tmp_path / f"made/{number}.jpg", number)
+        try:
+            shutil.copy(made, os.fsencode(tmp_path / "photos") + b"/" + name)
+        except OSError:
+            pytest.skip("this disk takes no such names")
+    assert _measure(tmp_path / "photos", tmp_path / "r") == 0
+    scenes = list(Results.open(tmp_path / "r").scenes())
+    assert len({scene.sha256 for scene in scenes}) == len({scene.photo for scene in scenes}) == 3
+    locations = Results.open(tmp_path / "r").locations()
+    assert sorted(os.fsencode(Path(path or "").name) for path in locations.values()) == sorted(names)
+    again = run([str(tmp_path / "photos")], Job(str(tmp_path / "r"), POSE), jobs=0)
+    assert again.measured.photos == 0  # none is taken for another
+
+
+@pytest.mark.skipif(not hasattr(os, "geteuid"), reason="POSIX rights")
+def test_finished_results_that_cannot_be_written_are_looked_at(original: Path, results: Path, tmp_path: Path) -> None:
+    if os.geteuid() == 0 and shutil.which("setpriv") is None:
+        pytest.skip("root writes everywhere")
+    assert _measure(original / "photos", results) == 0  # the copy's tables are of the copy's parts
+    for path in (results, *results.rglob("*")):
+        path.chmod(0o555 if path.is_dir() else 0o444)
+    plain = ["setpriv", "--bounding-set=-all", "--inh-caps=-all"] if os.geteuid() == 0 else []
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
+    commands = (
+        ["report", str(results), "--out", "x.html"],
+        ["measure", str(original / "photos"), "--out", str(results), "--pose", POSE, "--jobs", "0"],
+    )
+    for command in commands:
+        program = f"import sys; from proxemetry.cli import main; sys.exit(main({command!r}))"
+        done = subprocess.run(
+            [*plain, sys.executable, "-c", program], cwd=tmp_path, capture_output=True, text=True, env=environment
+        )
+        assert done.returncode == 0, done.stderr
+    for path in (results, *results.rglob("*")):
+        path.chmod(0o755)
+    assert (tmp_path / "x.html").exists()
