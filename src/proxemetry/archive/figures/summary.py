@@ -88,7 +88,7 @@ def summarise(results: Results, by: Sequence[str] = (), *, distinct: bool = Fals
     SettingsError for an unknown column, OutputError where the tables are not there yet.
     """
     folder = results.folder
-    if not folder.exists("photos.parquet"):
+    if not all(folder.exists(f"{table}.parquet") for table in ("photos", "people", "pairs")):
         raise OutputError(f"{folder.location}: no tables there yet; finish the run, then try again")
     keys = [sql_of(name) for name in by]
     duck = attached(folder, threads=None)
