@@ -30,6 +30,10 @@ _VAGUE = 4.0
 #: Bertoni et al. 2021 (T-ITS): people beyond this are not a group; radii of the transactional segments tried.
 GROUP_REACH_M, GROUP_RADII_M = 2.0, (0.3, 0.5, 1.0)
 
+#: In a photo of more people than this, pairs are looked at up to this far apart (metres, as placed): beyond lies the
+#: far phase of Hall's public distance, from 7.6 m, where nothing tells two people of a crowd from any other two.
+CROWD, CROWD_REACH_M = 300, 10.0
+
 _DRAWS = 512
 #: So many draws are held at a time, 16 MB an array.
 _MOST_DRAWS = 2_000_000
@@ -51,7 +55,8 @@ class Distances:
     low_m, high_m: shape (P, P), the 90 % interval of `distance_m`, which lies in it. distance_3d_m: shape (P, P), in
     space.
     zone_probability: shape (P, P, 4), in the order of `ZONES`. group_probability: shape (P, P), that two people face
-    each other as an F-formation; NaN where a heading is unknown.
+    each other as an F-formation; NaN where a heading is unknown. reach_m: None, or, in a crowd, how far apart people
+    may be placed for their pair to be looked at; pairs further apart are NaN everywhere.
     """
 
     distance_m: FloatArray
@@ -61,6 +66,7 @@ class Distances:
     zone_probability: FloatArray
     group_probability: FloatArray
     on_ground: bool
+    reach_m: float | None = None
 
     def __len__(self) -> int:
         return len(self.distance_m)
@@ -70,7 +76,10 @@ class Distances:
         return f"Distances({self.below(math.inf)} of {len(self) * (len(self) - 1) // 2} pairs, {where})"
 
     def pairs(self) -> list[tuple[int, int]]:
-        """Return every pair (a, b) with a < b, placed or not."""
+        """Return every pair (a, b) with a < b, placed or not; in a crowd those within `reach_m`."""
+        if self.reach_m is not None:
+            known = np.argwhere(np.triu(np.isfinite(self.distance_m), 1))
+            return [(int(a), int(b)) for a, b in known]
         return [(a, b) for a in range(len(self)) for b in range(a + 1, len(self))]
 
     def zone(self, a: int, b: int) -> str | None:
@@ -134,6 +143,8 @@ def measure_distances(bodies: Bodies) -> Distances:
     zones = np.full((*shape, len(ZONES)), np.nan)
     placed = np.flatnonzero(bodies.placed)
     a, b = (placed[k] for k in np.triu_indices(len(placed), 1))
+    reach = CROWD_REACH_M if count > CROWD else None
+    a, b = (a, b) if reach is None else _within(reach, bodies, plane, a, b)
     for some in _blocks(len(a), _DRAWS * max(1, len(bodies.modes))):
         i, j = a[some], b[some]
         gap = bodies.positions_m[i] - bodies.positions_m[j]
@@ -151,7 +162,22 @@ def measure_distances(bodies: Bodies) -> Distances:
             zones[i, j, k] = ((edges == k) * shares).sum(axis=1)
     for array in (distance, low, high, spatial, zones):
         array[b, a] = array[a, b]
-    return Distances(distance, low, high, spatial, zones, _group_probability(bodies), bodies.up is not None)
+    groups = _group_probability(bodies, reach)
+    return Distances(distance, low, high, spatial, zones, groups, bodies.up is not None, reach)
+
+
+def _within(
+    reach_m: float, bodies: Bodies, plane: FloatArray, a: NDArray[np.intp], b: NDArray[np.intp]
+) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Return which of the pairs (a, b) any explanation places within reach of each other."""
+    nearest = np.full(len(a), np.inf)
+    for positions in (bodies.positions_m, *(mode.positions_m for mode in bodies.modes)):
+        flat = positions @ plane.T
+        for some in _blocks(len(a), 16):
+            gap = np.linalg.norm(flat[a[some]] - flat[b[some]], axis=-1)
+            nearest[some] = np.minimum(nearest[some], gap)
+    close = nearest <= reach_m
+    return a[close], b[close]
 
 
 def planar_lengths(gap_m: FloatArray, covariance_m2: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -256,7 +282,7 @@ def shortest_intervals(lengths: FloatArray, shares: FloatArray) -> tuple[FloatAr
     return low, high
 
 
-def _group_probability(bodies: Bodies) -> FloatArray:
+def _group_probability(bodies: Bodies, reach_m: float | None = None) -> FloatArray:
     """Return how probable it is that each pair forms an F-formation (Bertoni et al. 2021, eqs. 6-8), by sampling."""
     count = len(bodies)
     result = np.full((count, count), np.nan)
@@ -266,6 +292,8 @@ def _group_probability(bodies: Bodies) -> FloatArray:
     frame = ground_frame(bodies.up)[:2]
     ground = bodies.positions_m @ frame.T
     a, b = (known[k] for k in np.triu_indices(len(known), 1))
+    if reach_m is not None:
+        a, b = _within(reach_m, bodies, frame, a, b)
     points = standard_normal(4)
     points = np.concatenate([points, points[:, [0, 1, 3, 2]]])  # neither of a pair comes first
     # a place on the ground as one complex number, right + i forward

@@ -5,6 +5,7 @@ The JSON form holds what was observed and fitted; distances follow from it and a
 
 from __future__ import annotations
 
+import base64
 import json
 import math
 from collections.abc import Mapping
@@ -35,6 +36,8 @@ SCHEMA = "proxemetry.scene/2"
 STATUSES = ("ok", "no_camera", "failed", "excluded")
 
 _DIGITS = 7
+#: Rows of a covariance that is written as numbers: of 300 people.
+_MOST_AS_NUMBERS = 900
 
 
 if TYPE_CHECKING:
@@ -217,13 +220,18 @@ def _array(values: list[Any], *shape: int) -> FloatArray:
     return np.array(values, dtype=float).reshape(shape)
 
 
-def _triangle(covariance: FloatArray) -> list[Any]:
-    return _numbers(covariance[np.tril_indices(len(covariance))])
+def _triangle(covariance: FloatArray) -> list[Any] | str:
+    """Return a covariance's lower triangle: as numbers, or of a crowd, which has millions, as base64 of float32."""
+    triangle = covariance[np.tril_indices(len(covariance))]
+    if len(covariance) > _MOST_AS_NUMBERS:
+        return base64.b64encode(triangle.astype("<f4").tobytes()).decode()
+    return _numbers(triangle)
 
 
-def _from_triangle(values: list[Any], size: int) -> FloatArray:
+def _from_triangle(values: list[Any] | str, size: int) -> FloatArray:
     covariance = np.zeros((size, size))
-    covariance[np.tril_indices(size)] = np.array(values, dtype=float)
+    triangle = np.frombuffer(base64.b64decode(values), "<f4") if isinstance(values, str) else values
+    covariance[np.tril_indices(size)] = np.array(triangle, dtype=float)
     return covariance + np.tril(covariance, -1).T
 
 

@@ -11,6 +11,7 @@ import numpy as np
 
 from ..arrays import RGBArray
 from ..errors import PhotoError
+from ..files import open_file
 from .metadata import Metadata, read_metadata
 
 RAW_EXTENSIONS = (
@@ -48,7 +49,8 @@ def _raw_metadata(raw: Any, path: Path, with_names: bool, with_gps: bool) -> Met
     from PIL import Image
 
     found = Metadata(raw=True)
-    start = path.read_bytes()[:_EXIF_BYTES]
+    with open_file(path) as file:
+        start = file.read(_EXIF_BYTES)
     if start[:2] in (b"II", b"MM"):  # some makers write another number where a TIFF has 42
         holder = Image.new("L", (1, 1))
         holder.info["exif"] = (b"II*\0" if start[:2] == b"II" else b"MM\0*") + start[4:]

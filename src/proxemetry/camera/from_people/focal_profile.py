@@ -24,6 +24,8 @@ _ROLL_SD = 0.035  # two degrees
 _TAIL = 5.0  # degrees of freedom of the residuals: one in a dozen people is not as modelled
 #: Triples that are solved for a camera, and how many of these cameras, those that explain people best, are refined.
 _MAX_TRIPLES, _MAX_REFINED = 120, 24
+#: People whose triples are all listed before some are drawn: 20,000 triples.
+_MOST_LISTED = 50
 #: A person is part of the explanation where the squared Mahalanobis distance is below this (99 % of a chi-square, 2).
 _INLIER = 9.2
 #: The search ends when no cost moves by more than this. What lies higher up matters less (see `_refined`).
@@ -107,13 +109,14 @@ def consensus(segments: Segments) -> Pose:
 
 
 def _triples(count: int) -> NDArray[np.intp]:
-    """Return all triples of `count` people, or so many drawn at random: of a crowd there are too many to list."""
-    if math.comb(count, 3) <= _MAX_TRIPLES:
-        return np.array(list(itertools.combinations(range(count), 3)), dtype=np.intp).reshape(-1, 3)
-    rng = np.random.default_rng(0)
-    drawn = rng.integers(0, count, (4 * _MAX_TRIPLES, 3))
-    apart = (drawn[:, 0] != drawn[:, 1]) & (drawn[:, 0] != drawn[:, 2]) & (drawn[:, 1] != drawn[:, 2])
-    return drawn[apart][:_MAX_TRIPLES]
+    """Return three people each, shape (T, 3): all of them, or so many drawn at random as are worth solving for."""
+    generator = np.random.default_rng(0)
+    if count > _MOST_LISTED:  # of a crowd's triples there are too many to list
+        return np.array([generator.choice(count, 3, replace=False) for _ in range(_MAX_TRIPLES)])
+    triples = np.array(list(itertools.combinations(range(count), 3)))
+    if len(triples) > _MAX_TRIPLES:
+        triples = triples[generator.permutation(len(triples))[:_MAX_TRIPLES]]
+    return triples
 
 
 def profile_everywhere(segments: Segments, start: Pose) -> Profile:
