@@ -195,3 +195,16 @@ def test_it_opens_from_the_disk_and_prints(page, tmp_path: Path) -> None:
     assert content.startswith(b"%PDF") and len(content) > 50_000
     if os.environ.get("SCREENSHOTS"):
         page.screenshot(path=f"{os.environ['SCREENSHOTS']}/report.png", full_page=True)
+
+
+def test_the_methods_paragraph_has_the_run_s_own_figures(tmp_path, capsys):
+    results = make_results(tmp_path)
+    assert main(["summary", results.folder.location, "--methods"]) == 0
+    said = " ".join(capsys.readouterr().out.split())
+    assert "in 6 photographs with proxemetry" in said and "pose back end drawn" in said
+    assert "In 1 of the 4 measured photographs (25%) the focal length was assumed" in said
+    assert "1 had no usable focal length; 1 could not be read" in said
+    assert "13 people were found" in said and "which gave 19 pairs" in said
+    write_report(results.folder.location)
+    page = " ".join((tmp_path / "results" / "report.html").read_text().split())
+    assert "which gave 19 pairs" in page

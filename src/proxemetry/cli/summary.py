@@ -6,6 +6,7 @@ import argparse
 import csv
 import math
 import sys
+import textwrap
 from pathlib import Path
 from typing import IO, Any
 
@@ -20,6 +21,7 @@ _EXAMPLES = f"""examples:
   proxemetry summary results --by year
   proxemetry summary results --by country --by year --csv figures.csv
   proxemetry summary results --by folder --figures figures
+  proxemetry summary results --methods
 
 --by takes {", ".join(GROUPINGS)} or any column of the photos table. Brackets are the central 90 % of where a figure
 may lie if the photos are a sample; photos are what is sampled, their pairs are not independent.
@@ -31,6 +33,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.epilog = _EXAMPLES
     parser.add_argument("results", metavar="DIR", help="results folder")
     parser.add_argument("--by", action="append", default=[], metavar="WHAT", help="group by this; may be given again")
+    parser.add_argument("--methods", action="store_true", help="print a methods paragraph to paste, and nothing else")
     parser.add_argument("--distinct", action="store_true", help="count copies of a file once a group")
     parser.add_argument(
         "--csv", metavar="FILE", help="write the figures as CSV too (- for stdout, instead of the table)"
@@ -43,6 +46,11 @@ def configure(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Print, write and draw the figures; return the exit code."""
     results = Results.open(args.results)
+    if args.methods:
+        from ..archive.figures.methods import methods_paragraph
+
+        print(textwrap.fill(methods_paragraph(results.run, results.folder), 100))
+        return DONE
     by = [name.strip() for text in args.by for name in text.split(",") if name.strip()]
     summary = summarise(results, by, distinct=args.distinct)
     if args.csv == "-":

@@ -9,6 +9,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from .. import plots
+from ..archive.figures.methods import methods_paragraph
 from ..archive.store.folder import Folder, is_url
 from ..archive.store.results import Results
 from ..archive.store.scratch import scratch_folder
@@ -52,12 +53,13 @@ def write_report(
     run = results.run
     with _tables_of(results, run.get("safe_distance_m"), elsewhere=out is not None) as tables:
         numbers = count(tables, group_by, photos, listed)
+        methods = methods_paragraph(run, tables)
     figures = [
         (scene.photo, _data_url(scene, results.location(scene.photo), faces))
         for scene in results.scenes(numbers.sample)
     ]
     title = f"Distances in {Path(results.folder.location).name}"
-    text = page(run, numbers, figures, title=title, faces=faces, group_by=group_by)
+    text = page(run, numbers, figures, methods, title=title, faces=faces, group_by=group_by)
     path = Path(out) if out is not None else Path(results.folder.location) / FILE
     temporary = path.with_name(f".{path.name}.part")
     try:

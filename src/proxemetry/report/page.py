@@ -23,12 +23,16 @@ def page(
     run: Mapping[str, Any],
     numbers: Numbers,
     figures: Sequence[tuple[str, str]],
+    methods: str,
     *,
     title: str,
     faces: str,
     group_by: str,
 ) -> str:
-    """Return the page. figures: (photo, data URL); faces: how heads are shown, for the words beside them."""
+    """Return the page.
+
+    figures: (photo, data URL). methods: a paragraph to paste. faces: how heads are shown, for the words beside them.
+    """
     sections = [
         _head(title, run, numbers),
         _distances(numbers),
@@ -38,7 +42,7 @@ def page(
         _figures(figures, faces),
         _pairs("The nearest pairs", numbers.nearest_pairs, "A distance near zero is more often a person found twice."),
         _pairs("The least certain pairs", numbers.uncertain_pairs, "Where looking at the photo pays most."),
-        _method(run, numbers),
+        _method(run, methods),
     ]
     return (
         f'<!doctype html><html lang="en"><head><meta charset="utf-8">'
@@ -213,7 +217,7 @@ def _zone(pair: Pair) -> str:
     return f"{pair.zone}: {named}"
 
 
-def _method(run: Mapping[str, Any], numbers: Numbers) -> str:
+def _method(run: Mapping[str, Any], methods: str) -> str:
     settings = run.get("settings") or {}
     method = str(settings.get("method"))
     models = [(name, f"sha256 {digest}") for name, digest in (run.get("models") or {}).items()]
@@ -223,7 +227,8 @@ def _method(run: Mapping[str, Any], numbers: Numbers) -> str:
     limits = "".join(f"<li>{escape(text)}</li>" for text in LIMITS)
     return (
         f"<section><h2>Method</h2><p>{escape(METHODS.get(method, METHODS['']))}</p><h2>Limits</h2><ul>{limits}</ul>"
-        f"<h2>How to cite</h2><p>{escape(CITE)}</p><h2>What was run</h2><dl>{listed}</dl>"
+        f"<h2>A methods paragraph to paste</h2><p>{escape(methods)}</p><h2>How to cite</h2><p>{escape(CITE)}</p>"
+        f"<h2>What was run</h2><dl>{listed}</dl>"
         f"<details open><summary>Settings</summary><pre>{escape(json.dumps(settings, indent=1))}</pre></details>"
         "</section>"
     )

@@ -1,0 +1,12 @@
+# Measures photos without a Python installation: see docs/install.md.
+FROM python:3.11-slim
+WORKDIR /proxemetry
+COPY requirements.lock pyproject.toml README.md LICENSE NOTICE ./
+COPY src src
+RUN pip install --no-cache-dir --require-hashes --only-binary :all: -r requirements.lock \
+    && pip install --no-cache-dir --no-deps . \
+    && useradd --create-home researcher
+USER researcher
+RUN proxemetry models fetch
+ENTRYPOINT ["proxemetry"]
+CMD ["--help"]
