@@ -1,15 +1,19 @@
-"""What every pose back end at hand finds on labelled photos, how long it takes, and what depths come of it.
+"""What every pose back end at hand finds on labelled photos, how well its joints lie, and how long it takes.
 
-    python -m benchmarks.networks.backends --photos DIR [--models DIR] [--street DIR] [--pose A,B] [--effort normal]
+    python -m benchmarks.networks.backends --photos DIR [--labelled DIR] [--models DIR] [--pose A,B] [--write]
 
-DIR holds photos and people.json: for each photo its people with head and mid-shoulder in pixels, a box and a difficulty
+--photos: photos and people.json: for each photo its people with head and mid-shoulder in pixels, a box and a difficulty
 (clear or hard), and zones of real but unlabelled people. A person is found where a result's head and mid-shoulder both
 lie within one head-to-shoulder distance of a label's; another result inside a labelled box is a double, any other one
-false, but for small ones in those zones. With --street the depth errors of street.py follow.
+false, but for small ones in those zones.
 
-Times are of the machine it runs on: wall clock and processor of one photo at a time with two threads, and photos a
-second of one and of two processes with one thread each, with the milliseconds a photo that this comes to. What an
-archive takes on two cores is the last of these.
+--labelled: hand-labelled joints (`labelled_people`). Of the people found there: the share of joints within 0.1 and 0.2
+torsos of the label (one not found counts as wrong), and the median ratio of lengths, found to labelled, of torso,
+shoulders, hips and ears.
+
+Times are processor time a photo, of one process with one thread and of two at once (half of each one's, what two
+workers take for a photo), so that what else the machine does counts less. --write puts the table into docs/backends.md.
+With --street the depth errors of street.py follow.
 """
 
 from __future__ import annotations
@@ -27,6 +31,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.accuracy.street import check, read_streets, report
+from benchmarks.networks.joints import joint_errors
 from benchmarks.networks.networks_at_hand import add_models_option
 from proxemetry.arrays import FloatArray
 from proxemetry.people import People, PoseBackend
@@ -88,22 +93,29 @@ def photos_in(folder: Path) -> list[Path]:
     return sorted(path for path in folder.iterdir() if path.suffix.lower() in EXTENSIONS)
 
 
-def count_line(backend: PoseBackend, folder: Path) -> str:
-    """Return one back end's row of the table: people counted and milliseconds a photo."""
+COLUMNS = (
+    "back end, effort", "clear", "hard", "doubles", "false", "labelled people", "PCK@.1", "PCK@.2",
+    "torso / shoulders / hips / ears", "ms, one worker", "ms, two",
+)  # fmt: skip
+_PAGE = Path(__file__).parents[2] / "docs" / "backends.md"
+BEGIN, END = "<!-- benchmarks/networks/backends.py: begin -->", "<!-- end -->"
+
+
+def counted(backend: PoseBackend, folder: Path) -> Counter[str]:
+    """Return the people of a folder's labelled photos that a back end found, doubled and invented."""
     labelled = json.loads((folder / "people.json").read_text())["images"]
-    total, wall_s, cpu_s = Counter[str](), [], []
-    backend.detect(Photo.open(photos_in(folder)[0]))  # networks warm up on their first photo
-    for path in photos_in(folder):
-        started, started_cpu = time.perf_counter(), time.process_time()
-        people = backend.detect(Photo.open(path))
-        wall_s.append(time.perf_counter() - started)
-        cpu_s.append(time.process_time() - started_cpu)
-        if path.name in labelled:
-            total += counts(people, labelled[path.name])
-    return (
-        f"{total['clear_found']:3d} of {total['clear']:3d} {total['hard_found']:4d} of {total['hard']:3d} "
-        f"{total['double']:7d} {total['false']:6d} {1000 * np.mean(wall_s):8.0f} {1000 * np.mean(cpu_s):8.0f}"
-    )
+    total = Counter[str]()
+    for name, labels in labelled.items():
+        total += counts(backend.detect(Photo.open(folder / name)), labels)
+    return total
+
+
+def count_cells(total: Counter[str]) -> list[str]:
+    """Return the table's cells of people: clear, hard, doubles, false."""
+    return [
+        f"{total['clear_found']} of {total['clear']}", f"{total['hard_found']} of {total['hard']}",
+        str(total["double"]), str(total["false"]),
+    ]  # fmt: skip
 
 
 _worker: dict[str, PoseBackend] = {}
@@ -114,40 +126,58 @@ def _start_worker(name: str, effort: str) -> None:
     _worker["backend"] = backend_named(name, PoseOptions(threads=1, effort=effort))
 
 
-def _work(path: str) -> int:
-    return len(_worker["backend"].detect(Photo.open(path)))
+def _work(path: str) -> float:
+    started = time.process_time()
+    _worker["backend"].detect(Photo.open(path))
+    return time.process_time() - started
 
 
-def photos_a_second(name: str, effort: str, folder: Path, workers: int, rounds: int) -> float:
-    """Return the throughput of processes with one thread each, once all have started."""
+def processor_ms(name: str, effort: str, folder: Path, workers: int) -> float:
+    """Return the milliseconds of processor time a photo that so many processes take, with one thread each."""
     paths = [str(path) for path in photos_in(folder)]
     with multiprocessing.get_context("spawn").Pool(workers, _start_worker, (name, effort)) as pool:
-        pool.map(_work, paths[: 2 * workers], chunksize=1)
-        started = time.perf_counter()
-        pool.map(_work, paths * rounds, chunksize=1)
-        return len(paths) * rounds / (time.perf_counter() - started)
+        pool.map(_work, paths[: 2 * workers], chunksize=1)  # networks warm up on their first photo
+        return 1000 * float(np.mean(pool.map(_work, paths, chunksize=1))) / workers
+
+
+def row(name: str, effort: str, photos: Path, labelled: Path) -> list[str]:
+    """Return one back end's row of the table."""
+    backend = backend_named(name, PoseOptions(effort=effort))
+    cells = [f"`{name}` {effort}", *count_cells(counted(backend, photos)), *joint_errors(backend, labelled).cells()]
+    return [*cells, *(f"{processor_ms(name, effort, photos, workers):.0f}" for workers in (1, 2))]
+
+
+def markdown(rows: Sequence[Sequence[str]]) -> str:
+    """Return the table as Markdown."""
+    lines = [COLUMNS, ["---"] * len(COLUMNS), *rows]
+    return "\n".join("| " + " | ".join(line) + " |" for line in lines)
+
+
+def written(page: str, table: str) -> str:
+    """Return the page with this table in the place of the one that it has."""
+    before, _, rest = page.partition(BEGIN)
+    return f"{before}{BEGIN}\n{table}\n{END}{rest.partition(END)[2]}"
 
 
 def main() -> None:
     """Print the tables."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--photos", type=Path, default=Path("../shared/data/photos"))
+    parser.add_argument("--labelled", type=Path, default=Path("../shared/data/labelled_people"))
     parser.add_argument("--street", type=Path, help="the folder of street.py")
     add_models_option(parser)
     parser.add_argument("--pose", default="", help="names with commas between; all at hand without it")
-    parser.add_argument("--effort", default="fast,normal,thorough")
-    parser.add_argument("--rounds", type=int, default=2, help="times through the photos for the throughput; 0: none")
+    parser.add_argument("--effort", default="normal")
+    parser.add_argument("--write", action="store_true", help="put the table into docs/backends.md")
     args = parser.parse_args()
     names = args.pose.split(",") if args.pose else available()
-    print(f"{'back end':34s}      clear        hard doubles  false ms/photo ms (cpu)  photos/s (ms) with 1, 2 workers")
+    rows: list[list[str]] = []
     for name in names:
         for effort in args.effort.split(","):
-            row = count_line(backend_named(name, PoseOptions(effort=effort)), args.photos)
-            speeds = [photos_a_second(name, effort, args.photos, n, args.rounds) for n in (1, 2) if args.rounds]
-            print(
-                f"{name + ' ' + effort:34s} {row}  " + ", ".join(f"{s:.1f} ({1000 / s:.0f})" for s in speeds),
-                flush=True,
-            )
+            rows.append(row(name, effort, args.photos, args.labelled))
+            print(" | ".join(rows[-1]), flush=True)
+    if args.write:
+        _PAGE.write_text(written(_PAGE.read_text(encoding="utf-8"), markdown(rows)), encoding="utf-8")
     if args.street:
         streets = read_streets(args.street)
         print(f"\n{check(streets)}")

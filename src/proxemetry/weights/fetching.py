@@ -20,6 +20,7 @@ import zlib
 from collections.abc import Callable, Generator, Sequence
 from pathlib import Path
 from typing import IO, Any
+from urllib.parse import urlsplit
 
 from ..errors import ModelError
 from . import Progress, is_here, locate, open_for_placing, writable_folder
@@ -233,15 +234,25 @@ def _from_web(source: str, model: Model, say: Say, progress: Progress | None) ->
     say(f"fetching {model.name} ({size}{model.licence}) from {address}")
     resumed = part.is_file()
     try:
-        _download(address, part, progress)
+        _download_persistently(address, part, progress)
         _place(model, part, address, member)
     except ModelError:
         if not resumed:
             raise
-        _download(
-            address, part, progress
-        )  # what was resumed was another mirror's or another version's part: once more, whole
+        part.unlink(missing_ok=True)
+        _download(address, part, progress)  # it was another mirror's or another version's part: once more, whole
         _place(model, part, address, member)
+
+
+def _download_persistently(address: str, part: Path, progress: Progress | None) -> None:
+    """Download, and go on where a connection was cut as long as that brings more."""
+    while True:
+        before = part.stat().st_size if part.is_file() else 0
+        try:
+            return _download(address, part, progress)
+        except ModelError:
+            if not part.is_file() or part.stat().st_size <= before:
+                raise
 
 
 def _place(model: Model, part: Path, address: str, member: str) -> None:
@@ -275,7 +286,19 @@ def _download(address: str, part: Path, progress: Progress | None) -> None:
         if refused and begin:  # a server that cannot go on from there
             _download(address, part, progress)
             return
-        raise ModelError(str(error) if refused else f"the connection failed ({error})") from error
+        raise ModelError(_why(error, address)) from error
+
+
+def _why(error: Exception, address: str) -> str:
+    """Return in a few words why a download failed; the libraries' own take several lines."""
+    import requests
+
+    host = urlsplit(address).netloc
+    if isinstance(error, requests.HTTPError):
+        return str(error)
+    if isinstance(error, requests.Timeout):
+        return f"{host} does not answer"
+    return f"{host} cannot be reached" if isinstance(error, requests.ConnectionError) else "the connection was cut"
 
 
 class _Bar:
