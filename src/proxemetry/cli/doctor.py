@@ -66,6 +66,8 @@ def run(args: argparse.Namespace) -> int:
         print(f"{args.camera_table}: line {line} is used for none of these photos")
     if unknown:
         print(f"\n{WHAT_TO_STATE}\n")
+    if listing.passed_over:
+        print(listing.passed_over)
     print(
         f"{len(listing.names)} photos: {known} with a focal length ({doubtful} of them doubtful), {unknown} without, "
         f"{failed} that cannot be read"

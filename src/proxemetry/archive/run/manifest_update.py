@@ -31,8 +31,10 @@ class Newcomers(Beside[Manifest]):
     """A thread that lists the photos named and, once allowed, appends those that are new to the manifest.
 
     An archive of a million photos takes a while to walk, over a network minutes: meanwhile what is known already can
-    be measured. `close` ends the thread, wherever it is.
+    be measured. `close` ends the thread, wherever it is. passed_over: what was not taken for photos, once it is known.
     """
+
+    passed_over: str = ""
 
     def __init__(self, folder: Folder, named: Search | Sequence[str], known: Manifest | None) -> None:
         self._duck = attached(folder).cursor()  # a thread needs one of its own
@@ -40,6 +42,7 @@ class Newcomers(Beside[Manifest]):
 
     def _completed(self, folder: Folder, named: Search | Sequence[str], known: Manifest | None) -> Manifest:
         listing = named.listing(self.stopped.is_set) if isinstance(named, Search) else named
+        self.passed_over = listing.passed_over if isinstance(listing, Listing) else ""
         manifest, new = compared(folder, known, listing, self._duck)
         self.gate.wait()
         while new and not self.stopped.is_set():

@@ -103,6 +103,8 @@ def run(
         counts = schedule.run(s for s in range(listed.n_shards) if s not in there and is_mine(s))
         if counts.again:
             tell(Progress(0, 0, 0, note=_said_again(counts.again)))
+        if newcomers is not None and newcomers.passed_over:
+            tell(Progress(0, 0, 0, note=newcomers.passed_over))
     finally:
         for thread in (newcomers, changes):
             if thread is not None:

@@ -6,8 +6,9 @@ import glob
 import os
 import posixpath
 import re
+from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from ...errors import SettingsError
@@ -19,12 +20,57 @@ _ESCAPED = re.compile(rb"\\x([89a-f][0-9a-f]|5c)")
 _ENDINGS = frozenset(ending[1:] for ending in EXTENSIONS)
 
 
+#: Folders in which file servers, cards and photo managers keep copies of their own making, or what was deleted.
+_NOT_PHOTOGRAPHED = frozenset(
+    (
+        "@eadir", "@__thumb", "#recycle", "#snapshot", "@recycle", "@recently-snapshot", "__macosx", "$recycle.bin",
+        "system volume information", "lost+found",
+    )
+)  # fmt: skip
+_PREVIEWS = (".lrdata", ".lrprev")
+#: Photo managers' libraries: what lies in them beside these are previews.
+_LIBRARIES, _ORIGINALS = (".photoslibrary", ".aplibrary", ".migratedphotolibrary"), ("originals", "masters")
+
+
+@dataclass
+class PassedOver:
+    """What a search saw and left out: files by their ending, and folders of thumbnails by their name."""
+
+    endings: Counter[str] = field(default_factory=Counter[str])
+    folders: Counter[str] = field(default_factory=Counter[str])
+
+    def __str__(self) -> str:
+        """One line, "" where nothing was left out."""
+        said: list[str] = []
+        if self.endings:
+            often = sorted(self.endings.items(), key=lambda found: (-found[1], found[0]))[:_ENDINGS_SHOWN]
+            shown = ", ".join(f"{count} {ending}" for ending, count in often)
+            rest = len(self.endings) - _ENDINGS_SHOWN
+            more = f" and {rest} more endings" if rest > 0 else ""
+            said.append(f"{_counted(self.endings.total(), 'file')} passed over by their endings ({shown}{more})")
+        if self.folders:
+            names = ", ".join(sorted(self.folders)[:_ENDINGS_SHOWN])
+            said.append(f"{_counted(self.folders.total(), 'folder')} of thumbnails left out ({names})")
+        return "; ".join(said)
+
+
+_ENDINGS_SHOWN = 6
+
+
+def _counted(count: int, what: str) -> str:
+    return f"{count} {what}{'' if count == 1 else 's'}"
+
+
 @dataclass(frozen=True)
 class Listing:
-    """Photos by their name relative to `root`, the folder named (the deepest one that holds everything named)."""
+    """Photos by their name relative to `root`, the folder named (the deepest one that holds everything named).
+
+    passed_over: what lies beside them and was not taken for photos, in a line; "" for nothing.
+    """
 
     root: str
     names: tuple[str, ...]
+    passed_over: str = ""
 
     def location(self, name: str) -> str:
         """Return the path or URL of a photo."""
@@ -72,14 +118,14 @@ class Search:
         """
         if self.names is not None:
             return Listing(self.root, self.names)
-        files = list(self.found)
+        files, passed = list(self.found), PassedOver()
         for folder in self.folders:
-            files.extend(_files(folder, self.without, stop))
+            files.extend(_files(folder, self.without, stop, passed))
         if not files:
             raise self.nothing()
         if is_url(self.root):
             bare = self.root.partition("://")[2]
-            return Listing(self.root, tuple(sorted({posixpath.relpath(file, bare) for file in files})))
+            return Listing(self.root, tuple(sorted({posixpath.relpath(file, bare) for file in files})), str(passed))
         start = len(self.root) + (not self.root.endswith(os.sep))  # all files lie below the root: cutting is quick
         names = [file[start:] for file in files]
         if os.sep != "/":
@@ -87,7 +133,7 @@ class Search:
         if not all(map(str.isascii, names)) or any("\\x" in name for name in names):
             names = [readable_name(name) for name in names]
         once = names if len(self.folders) == 1 and not self.found else set(names)
-        return Listing(self.root, tuple(sorted(once)))
+        return Listing(self.root, tuple(sorted(once)), str(passed))
 
     def nothing(self) -> SettingsError:
         """Return what to raise where no photo is found."""
@@ -138,11 +184,16 @@ def _fixed_part(pattern: str) -> str:
     return head or "."
 
 
-def _files(folder: str, without: str = "", stop: Callable[[], bool] = lambda: False) -> Iterator[str]:
-    """Yield the photos in a folder and below; hidden ones are left out, and what earlier runs drew of others."""
+def _files(
+    folder: str, without: str = "", stop: Callable[[], bool] = lambda: False, passed: PassedOver | None = None
+) -> Iterator[str]:
+    """Yield the photos in a folder and below.
+
+    Hidden ones are left out, and what earlier runs drew of others; into `passed` goes what else is no photo.
+    """
+    passed = passed or PassedOver()
     if "://" in folder:
-        filesystem: Any = open_filesystem(folder)
-        yield from (f for f in filesystem.find(filesystem._strip_protocol(folder)) if f.lower().endswith(EXTENSIONS))
+        yield from _remote_files(folder, passed)
         return
     open_folders = [folder]
     while open_folders and not stop():
@@ -154,15 +205,20 @@ def _files(folder: str, without: str = "", stop: Callable[[], bool] = lambda: Fa
             entries = list(os.scandir(where))
         except OSError as error:
             raise SettingsError(f"{where}: cannot be read ({error.strerror})") from error
+        in_library = where.lower().endswith(_LIBRARIES)
         for entry in entries:  # a million times in a large archive
             name = entry.name
             if name[0] == ".":
                 continue
-            if name.rpartition(".")[2].lower() in _ENDINGS and not _is_folder(entry):
+            ending = name.rpartition(".")[2].lower()
+            if ending in _ENDINGS and not _is_folder(entry):
                 yield prefix + name
-            elif _is_folder(entry, follow=False) and not (  # a link may lead back here
-                name == OVERLAYS and os.path.isfile(prefix + RUN_FILE)
-            ):
+            elif not _is_folder(entry, follow=False):  # a link may lead back here
+                if not _is_folder(entry):
+                    passed.endings[f".{ending}" if "." in name else "without one"] += 1
+            elif _is_left_out(name, in_library):
+                passed.folders[name] += 1
+            elif not (name == OVERLAYS and os.path.isfile(prefix + RUN_FILE)):
                 open_folders.append(prefix + name)
 
 
@@ -172,6 +228,28 @@ def _is_folder(entry: os.DirEntry[str], *, follow: bool = True) -> bool:
         return entry.is_dir(follow_symlinks=follow)
     except OSError:
         return False
+
+
+def _is_left_out(name: str, in_library: bool) -> bool:
+    """Whether a folder, by its name, holds thumbnails that a program made, or what was thrown away."""
+    lower = name.lower()
+    return lower in _NOT_PHOTOGRAPHED or lower.endswith(_PREVIEWS) or (in_library and lower not in _ORIGINALS)
+
+
+def _remote_files(folder: str, passed: PassedOver) -> Iterator[str]:
+    filesystem: Any = open_filesystem(folder)
+    bare = filesystem._strip_protocol(folder)
+    for file in filesystem.find(bare):
+        parts = posixpath.relpath(file, bare).split("/")
+        beside = zip(parts[:-1], ("", *parts[:-2]), strict=True)
+        left_out = next((n for n, above in beside if _is_left_out(n, above.lower().endswith(_LIBRARIES))), None)
+        ending = parts[-1].rpartition(".")[2].lower()
+        if left_out is not None:
+            passed.folders[left_out] = 1
+        elif ending in _ENDINGS:
+            yield file
+        elif parts[-1][0] != ".":
+            passed.endings[f".{ending}" if "." in parts[-1] else "without one"] += 1
 
 
 def _search_remote(paths: Sequence[str]) -> Search:
