@@ -24,15 +24,28 @@ def test_people_are_where_they_are():
     assert all("feet" in basis and "torso" in basis for basis in bodies.basis)
 
 
+def _shown(people, width, height):
+    return locate(people.scaled(width / 1920, height / 1080), CAMERA.resized(width, height), ADULTS)
+
+
 @settings(deadline=None, max_examples=10)
-@given(seeds, st.floats(0.3, 4))
+@given(seeds, st.floats(1, 4))
 def test_scaling_photo_and_focal_length_together_changes_nothing(seed, factor):
     people, _ = photo(seed)
-    here = locate(people, CAMERA, ADULTS)
-    width, height = round(1920 * factor), round(1080 * factor)
-    resized = CAMERA.resized(width, height)
-    there = locate(people.scaled(width / 1920, height / 1080), resized, ADULTS)
+    here = _shown(people, 3840, 2160)
+    there = _shown(people, round(3840 * factor), round(2160 * factor))
     assert there.positions_m == pytest.approx(here.positions_m, rel=2e-2)
+
+
+@settings(deadline=None, max_examples=10)
+@given(seeds, st.floats(0.2, 0.5))
+def test_of_few_pixels_nothing_is_as_sure(seed, factor):
+    people, _ = photo(seed)
+    here, there = _shown(people, 3840, 2160), _shown(people, round(3840 * factor), round(2160 * factor))
+    assert np.median(there.position_sd_m[:, 2] / here.position_sd_m[:, 2]) > 1
+    assert np.abs(there.positions_m - here.positions_m)[:, 2] == pytest.approx(
+        0, abs=3 * there.position_sd_m[:, 2].max()
+    )
 
 
 @settings(deadline=None, max_examples=10)

@@ -16,7 +16,7 @@ more often than 90 %.
 from __future__ import annotations
 
 import argparse
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -189,22 +189,29 @@ def table(photos: Sequence[Path], backends: Sequence[PoseBackend]) -> list[list[
     found: dict[tuple[str, str], list[Agreement]] = {}
     for path in photos:
         photo = Photo.open(path)
-        firsts: list[Look] = []
-        for backend in backends:
-            first, *others = looks_at(photo, backend)
-            firsts.append(first)
-            for other in others:
-                found.setdefault((backend.name, other.kind), []).append(compared(first, other))
-        for backend, first in zip(backends, firsts, strict=True):
-            for second, other in zip(backends, firsts, strict=True):
-                if second is not backend:
-                    found.setdefault((backend.name, f"`{second.name}`"), []).append(compared(first, other))
+        for key, agreement in agreements({b.name: list(looks_at(photo, b)) for b in backends}):
+            found.setdefault(key, []).append(agreement)
+    return table_rows(found)
+
+
+def agreements(looks: Mapping[str, Sequence[Look]]) -> Iterator[tuple[tuple[str, str], Agreement]]:
+    """Yield back end, kind and agreement of one photo's looks, the first one's with every other look."""
+    for name, (first, *others) in looks.items():
+        for other in others:
+            yield (name, other.kind), compared(first, other)
+        for second, (seen, *_) in looks.items():
+            if second != name:
+                yield (name, f"`{second}`"), compared(first, seen)
+
+
+def table_rows(found: Mapping[tuple[str, str], Sequence[Agreement]]) -> list[list[str]]:
+    """Return the rows of the table: each back end's kinds, and all looks of its own together."""
     rows: list[list[str]] = []
-    for backend in backends:
-        kinds = {kind: all_ for (name, kind), all_ in found.items() if name == backend.name}
-        rows += [[f"`{backend.name}`", kind, *Agreement.of_all(all_).cells()] for kind, all_ in kinds.items()]
+    for backend in dict.fromkeys(name for name, _ in found):
+        kinds = {kind: all_ for (name, kind), all_ in found.items() if name == backend}
         own = [one for kind, all_ in kinds.items() if not kind.startswith("`") for one in all_]
-        rows.append([f"`{backend.name}`", "**all of its own**", *Agreement.of_all(own).cells()])
+        for kind, all_ in (*kinds.items(), ("**all of its own**", own)):
+            rows.append([f"`{backend}`", kind, *Agreement.of_all(all_).cells()])
     return rows
 
 
