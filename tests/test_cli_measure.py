@@ -230,3 +230,32 @@ def test_the_command_as_it_is_typed(tmp_path):
     assert done.returncode == 0, done.stderr
     assert "3/3 photos" in done.stderr
     assert len(table(tmp_path / "out", "pairs")) == 3
+
+
+def test_the_end_says_where_the_pictures_are_and_what_comes_next(tmp_path, capsys):
+    pytest.importorskip("matplotlib")
+    write_photos(tmp_path / "photos", 1)
+    assert main(["measure", str(tmp_path / "photos"), "--out", str(tmp_path / "out"), *FAKE, "--overlays"]) == 0
+    said = capsys.readouterr().out
+    assert f"pictures in {tmp_path / 'out'}/overlays (faces are not blurred" in said
+    assert "proxemetry review" in said and "proxemetry report" in said
+
+
+def test_a_focal_length_in_millimetres_without_a_sensor_is_remarked_on(tmp_path, capsys):
+    write_photos(tmp_path / "photos", 1)
+    main(["measure", str(tmp_path / "photos"), "--out", str(tmp_path / "out"), *FAKE, "--focal-mm", "50"])
+    assert "add --sensor-mm" in capsys.readouterr().err
+
+
+def test_an_option_given_twice_is_not_dropped_in_silence(tmp_path, capsys):
+    with pytest.raises(SystemExit) as left:
+        main(["measure", "x", "--out", str(tmp_path / "out"), "--method", "torso", "--method", "scene"])
+    assert left.value.code == 2 and "--method is given twice" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("shell", ["bash", "zsh", "tcsh"])
+def test_shells_complete_every_command(shell, capsys):
+    pytest.importorskip("shtab")
+    assert main(["--print-completion", shell]) == 0
+    said = capsys.readouterr().out
+    assert all(word in said for word in ("measure", "review", "focal-35mm", "overlays"))

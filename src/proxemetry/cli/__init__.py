@@ -14,7 +14,7 @@ import threading
 from collections.abc import Sequence
 from typing import NoReturn
 
-from ..errors import ProxemetryError
+from ..errors import ProxemetryError, SettingsError
 from ..version import __version__
 
 #: Command -> what `--help` says of it. Module `cli.COMMAND` has `configure(parser)` and `run(args) -> exit code`.
@@ -59,6 +59,29 @@ def main(argv: Sequence[str] | None = None) -> int:
         return DONE
 
 
+def _print_completion(parser: argparse.ArgumentParser, shell: str) -> int:
+    try:
+        import shtab
+    except ImportError as error:
+        raise SettingsError("completion needs one more package: pip install 'proxemetry[completion]'") from error
+    print(shtab.complete(parser, shell))
+    return DONE
+
+
+class Once(argparse.Action):
+    """An option that may be given once: of two answers neither is dropped in silence."""
+
+    def __call__(
+        self, parser: argparse.ArgumentParser, namespace: argparse.Namespace, values: object, option: str | None = None
+    ) -> None:
+        """Take the value, or refuse the second."""
+        given = f"_given_{self.dest}"
+        if getattr(namespace, given, False):
+            parser.error(f"{option} is given twice: it takes one value")
+        setattr(namespace, given, True)
+        setattr(namespace, self.dest, values)
+
+
 def end_as_by_ctrl_c() -> None:
     """Let this process unwind where a batch system ends it or its terminal closes: what is temporary goes."""
     if threading.current_thread() is not threading.main_thread():
@@ -76,17 +99,23 @@ def _run(arguments: list[str]) -> int:
         epilog="`proxemetry COMMAND --help` explains a command with examples.",
     )
     parser.add_argument("--version", action="version", version=f"proxemetry {__version__}")
+    parser.add_argument(
+        "--print-completion", choices=("bash", "zsh", "tcsh"), metavar="SHELL",
+        help="print what makes bash, zsh or tcsh complete commands and options (docs/install.md)",
+    )  # fmt: skip
     subparsers = parser.add_subparsers(dest="command", metavar="COMMAND")
-    chosen = next((a for a in arguments if a in COMMANDS), None)
+    chosen = {a for a in arguments if a in COMMANDS} if "--print-completion" not in arguments else set(COMMANDS)
     for command, summary in COMMANDS.items():
         subparser = subparsers.add_parser(
             command, help=summary, description=summary, formatter_class=argparse.RawDescriptionHelpFormatter
         )
-        if command == chosen:  # only the command that runs is imported: `--help` stays quick
+        if command in chosen:  # only the command that runs is imported: `--help` stays quick
             module = importlib.import_module(f"{__name__}.{command}")
             module.configure(subparser)
             subparser.set_defaults(run=module.run)
     args = parser.parse_args(arguments)
+    if args.print_completion is not None:
+        return _print_completion(parser, args.print_completion)
     if args.command is None:
         parser.print_help(sys.stderr)
         return NOTHING_DONE

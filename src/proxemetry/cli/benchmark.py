@@ -49,8 +49,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
         help="no photos needed. labels: the annotated points as keypoints; FILE: recorded keypoints of the photos",
     )
     parser.add_argument(
-        "--method", default=DEFAULT_METHOD, metavar="NAMES",
-        help=f"one or more of {', '.join(METHODS)}, with commas between them, or all (default: {DEFAULT_METHOD})",
+        "--method", action="append", metavar="NAMES",
+        help=f"one or more of {', '.join(METHODS)}, with commas between them, or all; may be given again "
+        f"(default: {DEFAULT_METHOD})",
     )  # fmt: skip
     parser.add_argument("--protocol", choices=list(PROTOCOLS), default=DEFAULT_PROTOCOL)
     parser.add_argument("--pose", default="auto", metavar="NAME", help="the back end that finds people in the photos")
@@ -71,7 +72,7 @@ def run(args: argparse.Namespace) -> int:
         return DONE
     if not args.labels or (args.images is None) == (args.keypoints is None):
         raise SettingsError("benchmark needs --labels DIR and either --images DIR or --keypoints; see --how")
-    methods = _methods(args.method)
+    methods = _methods(",".join(args.method or [DEFAULT_METHOD]))
     check_output(args, len(methods))
     labels = read_labels(args.labels, errata=PROTOCOLS[args.protocol].errata)
     settings = {m: Settings(method=m, locate=LocateSettings(body_size=args.body_size)) for m in methods}

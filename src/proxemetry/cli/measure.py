@@ -8,12 +8,13 @@ import sys
 from ..archive.run.run import ENGINES, Outcome
 from ..archive.run.run import run as run_archive
 from ..archive.run.work import Job
+from ..archive.store.folder import OVERLAYS
 from ..archive.store.results import Results
 from ..errors import SettingsError
 from ..locate import BODY_SIZES, FLOORS, METHODS, QUIRKS, LocateSettings
 from ..pose import DEVICES, EFFORTS, PoseOptions
 from ..settings import DEFAULT_METHOD, Settings
-from . import DONE, NOTHING_DONE, SOME_FAILED, end_as_by_ctrl_c
+from . import DONE, NOTHING_DONE, SOME_FAILED, Once, end_as_by_ctrl_c
 from .camera_options import add_camera_options, add_mount_option, focal_request, number, stated_mount
 from .progress import Reporter
 from .tally import print_results
@@ -62,7 +63,7 @@ def _add_method(parser: argparse.ArgumentParser) -> None:
     group.add_argument("--flip", action="store_true", help="look at each person in a mirror too, and average")
     told = LocateSettings()
     group.add_argument(
-        "--method", default=DEFAULT_METHOD, choices=METHODS,
+        "--method", default=DEFAULT_METHOD, choices=METHODS, action=Once,
         help="scene: one fit of everybody, the floor and the camera; the others are the paper's, for comparison "
         f"(default: {DEFAULT_METHOD})",
     )  # fmt: skip
@@ -128,6 +129,12 @@ def run(args: argparse.Namespace) -> int:
         raise SettingsError(f"--jobs {args.jobs}: it must be 0 or more")
     if args.safe_distance is not None and not args.safe_distance > 0:
         raise SettingsError(f"--safe-distance {args.safe_distance}: it must be a positive number of metres")
+    if args.focal_mm is not None and args.sensor_mm is None:
+        print(
+            "proxemetry: --focal-mm says nothing about photos whose file does not tell the sensor: add --sensor-mm "
+            "WxH, or state --focal-35mm F instead",
+            file=sys.stderr,
+        )
     if args.overlays:
         from ..archive.figures.overlays import require_plotting
 
@@ -174,7 +181,17 @@ def _finish(args: argparse.Namespace, outcome: Outcome) -> int:
     if failed == outcome.photos and outcome.photos:
         print(f"proxemetry: {args.out}: none of the photos could be read; their rows say why", file=sys.stderr)
         return NOTHING_DONE
+    _print_what_next(args)
     return SOME_FAILED if failed else DONE
+
+
+def _print_what_next(args: argparse.Namespace) -> None:
+    """Print where the pictures are, and what people do next."""
+    if args.overlays:
+        open_faces = "" if args.faces == "blur" else " (faces are not blurred: --faces blur before you share them)"
+        print(f"pictures in {args.out}/{OVERLAYS}{open_faces}")
+    print(f"next     proxemetry review {args.out}   look through the photos and correct what is wrong")
+    print(f"         proxemetry report {args.out}   one page with figures, doubts and a methods paragraph")
 
 
 def _draw(results: Results, args: argparse.Namespace) -> None:
