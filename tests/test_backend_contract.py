@@ -131,7 +131,7 @@ def _assert_same_torsos(expected: People, found: People) -> None:
     """Everybody whose torso one sees is where the other sees it, within a quarter of its length."""
     neck, hip = expected.joint("neck"), expected.joint("mid_hip")
     length = np.linalg.norm(neck - hip, axis=1)
-    whole = np.isfinite(length) & (expected.person_scores > 0.7)
+    whole = np.isfinite(length) & (expected.person_scores > 0.5)
     assert whole.any()
     torsos = np.nan_to_num(found.part("Torso"), nan=np.inf)
     for centre, tolerance in zip(((neck + hip) / 2)[whole], length[whole] / 4, strict=True):
