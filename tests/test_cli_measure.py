@@ -87,7 +87,15 @@ def test_a_photo_without_focal_length_lists_its_people(measure, tmp_path):
 
     path = write_photo(tmp_path / "photos" / "a.png", 1)
     Image.open(path).convert("RGB").save(tmp_path / "photos" / "b.bmp")  # no EXIF
-    code, out, _ = measure(tmp_path / "photos" / "b.bmp")
+    code, out, err = measure(tmp_path / "photos" / "b.bmp")
+    assert code == 0
+    (row,) = table(tmp_path / "out", "photos")
+    assert (row["status"], row["n_pairs"], row["focal_assumed"]) == ("ok", "1", "true")
+    assert row["focal_source"] == "ASSUMED: as published photos are" and float(row["focal_rel_sd"]) > 0.3
+    assert "1 with an ASSUMED focal length" in out and "--focal-35mm 35" in out and "Warning" not in err
+    (pair,) = table(tmp_path / "out", "pairs")
+    assert float(pair["low_m"]) < float(pair["distance_m"]) < float(pair["high_m"])
+    code, out, _ = measure(tmp_path / "photos" / "b.bmp", "--no-assume", "--restart")
     assert code == 0
     (row,) = table(tmp_path / "out", "photos")
     assert (row["photo"], row["status"], row["n_people"], row["n_pairs"]) == ("b.bmp", "no_camera", "2", "0")

@@ -10,9 +10,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from proxemetry.camera import Camera
-from proxemetry.camera.focal import FocalRequest, estimate_camera
+from proxemetry.camera.choice import choose_camera
+from proxemetry.camera.focal import FocalRequest
 from proxemetry.camera.from_people.focal_profile import Profile
-from proxemetry.camera.from_people.self_calibration import WIDEST, calibrate, focal_posterior, with_people
+from proxemetry.camera.from_people.self_calibration import WIDEST, calibrate, focal_posterior
 from proxemetry.camera.from_people.verticals import (
     LEAN_SD,
     STATURE_CV,
@@ -219,13 +220,15 @@ def test_people_stand_between_metadata_and_an_assumption() -> None:
     photo, people = Photo("scan.tif", WIDTH, HEIGHT, ""), crowd(1500, 20)
 
     def source(request: FocalRequest, seen: People) -> str | None:
-        camera = with_people(estimate_camera(photo, request), seen, WIDTH, HEIGHT).camera
+        camera = choose_camera(photo, seen, request, None, None).camera
         return camera and str(camera.source).partition(":")[0]
 
     assert source(FocalRequest(), people) == "people"
+    assert source(FocalRequest(assume=False), people) == "people"
+    assert source(FocalRequest(), people[:2]) == "ASSUMED"
     assert source(FocalRequest(assume_fov_deg=60), people) == "people"
     assert source(FocalRequest(focal_px=1400), people) == "user"
     assert source(FocalRequest(assume_fov_deg=60), people[:2]) == "ASSUMED"
-    estimate = with_people(estimate_camera(photo), people[:2], WIDTH, HEIGHT)
+    estimate = choose_camera(photo, people[:2], FocalRequest(assume=False), None, None)
     assert estimate.camera is None
     assert "no focal length in the photo" in (estimate.reason or "") and "it takes 3" in (estimate.reason or "")

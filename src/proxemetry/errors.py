@@ -49,5 +49,9 @@ class SettingsError(ProxemetryError):
     """Options contradict each other or name something that does not exist."""
 
 
+class AssumedFocalWarning(UserWarning):
+    """Nothing tells a photo's focal length: its distances rest on what published photos have."""
+
+
 class OutputError(ProxemetryError):
     """A result cannot be written, or a results folder cannot be read."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+import warnings
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -11,10 +12,10 @@ from typing import Any, cast
 import numpy as np
 
 from .bodies import MOST_MISFIT, Bodies
-from .camera import Camera, CameraEstimate, Doubt, Flag, Mount
-from .camera.focal import FocalRequest, estimate_camera
-from .camera.from_people.self_calibration import with_people
-from .errors import CameraError, PhotoError, SettingsError
+from .camera import Camera, CameraEstimate, Doubt, Flag, FocalSource, Mount
+from .camera.choice import PictureLines, choose_camera, with_gravity
+from .camera.focal import FocalRequest
+from .errors import AssumedFocalWarning, CameraError, PhotoError, SettingsError
 from .locate import LocateSettings, method_named
 from .people import People, PoseBackend
 from .photo import Photo, RGBArray
@@ -47,7 +48,8 @@ def measure(
 
     Raises PhotoError where the photo cannot be read, KeypointsError where a back end's answer is malformed,
     CameraError, ModelError or SettingsError where what is asked for cannot be had. A photo without a known focal length
-    is no error: its scene lists the people, and says why.
+    is no error: where neither its lines nor its people tell one, it is measured with the wide interval of published
+    photos, an AssumedFocalWarning and its mark; with `FocalRequest(assume=False)` its scene lists the people alone.
     """
     started = time.perf_counter()
     settings = _checked_settings(settings or Settings())
@@ -67,7 +69,11 @@ def measure(
     photo = _opened(photo)
     backend = _backend(pose)
     people = backend.detect(photo)
-    estimate = _estimate(photo, people, camera or _recorded_camera(backend, photo, settings), settings)
+    lines = PictureLines(photo, people) if settings.lines and len(people) else None
+    estimate = _estimate(photo, people, camera or _recorded_camera(backend, photo, settings), settings, lines)
+    if lines is not None and settings.method == Settings().method:
+        estimate = with_gravity(estimate, lines, settings.mount)
+    _warn_of_assumption(estimate, photo)
     made_by = Provenance(__version__, backend.name, dict(backend.models), settings.table)
     scene = place(photo.name, photo.sha256, photo.width, photo.height, people, estimate, settings)
     if scene.status == "ok" and not len(people):
@@ -191,18 +197,23 @@ def _why_nobody(backend: PoseBackend, photo: Photo) -> str | None:
 
 
 def _estimate(
-    photo: Photo, people: People, camera: Camera | CameraEstimate | FocalRequest | None, settings: Settings
-) -> CameraEstimate:
+    photo: Photo, people: People, camera: Camera | CameraEstimate | FocalRequest | None, settings: Settings,
+    lines: PictureLines | None,
+) -> CameraEstimate:  # fmt: skip
     if isinstance(camera, CameraEstimate):
         return camera
     if isinstance(camera, Camera):
         return CameraEstimate(camera)
-    estimate = estimate_camera(photo, settings.focal)
-    mount = estimate.mount or settings.mount
-    if mount is not None and mount.camera is not None:
-        mount.check_size(photo.width, photo.height)
-        return replace(estimate, camera=mount.camera, flags=(), reason=None, lens=None, mount=mount)
-    return with_people(estimate, people, photo.width, photo.height)
+    return choose_camera(photo, people, settings.focal, settings.mount, lines)
+
+
+def _warn_of_assumption(estimate: CameraEstimate, photo: Photo) -> None:
+    if estimate.source is not None and estimate.source.kind is FocalSource.ASSUMED_PRIOR:
+        warnings.warn(
+            f"{photo.name}: focal length {estimate.source}; every distance is as uncertain. "
+            "State it: measure(..., camera=FocalRequest(focal_35mm=35)), or refuse: FocalRequest(assume=False)",
+            AssumedFocalWarning, stacklevel=3,
+        )  # fmt: skip
 
 
 def _locate(people: People, estimate: CameraEstimate, settings: Settings) -> tuple[Bodies, str, str | None]:
@@ -223,6 +234,7 @@ def _with_contradiction(estimate: CameraEstimate, bodies: Bodies) -> CameraEstim
     kept = tuple(flag for flag in estimate.flags if flag.doubt is not Doubt.MOUNT)
     if not bodies.mount_misfit > MOST_MISFIT:
         return replace(estimate, flags=kept)
-    off = f"{bodies.mount_misfit:.1f} standard deviations off"
-    said = f"the people contradict the camera's mount ({off}): it has moved, or they stand on no level floor"
+    assert estimate.mount is not None
+    off = f"{estimate.mount.source}; {bodies.mount_misfit:.1f} standard deviations off"
+    said = f"the people contradict the camera's pitch, roll or height ({off}), or they stand on no level floor"
     return replace(estimate, flags=(*kept, Flag(Doubt.MOUNT, said)))

@@ -26,7 +26,8 @@ class Settings:
 
     method: one of `locate.METHODS`. locate: what is stated of the people. focal: what is stated of the camera.
     undistort: whether a known lens distortion is taken out of the keypoints. mount: where the camera is, for all photos
-    of the run; what a camera table says of single photos comes before it.
+    of the run; what a camera table says of single photos comes before it. lines: whether the picture's straight lines
+    are looked at, which tell gravity where no mount does, and often a focal length that nothing states.
     """
 
     method: str = DEFAULT_METHOD
@@ -34,6 +35,7 @@ class Settings:
     focal: FocalRequest = field(default_factory=FocalRequest)
     undistort: bool = True
     mount: Mount | None = None
+    lines: bool = True
 
     def __post_init__(self) -> None:
         if self.method not in METHODS:
@@ -87,6 +89,7 @@ class Settings:
             FocalRequest(**focal),
             fields.get("undistort", True),
             None if fields.get("mount") is None else Mount.from_dict(fields["mount"]),
+            fields.get("lines", True),
         )
 
 

@@ -18,7 +18,8 @@ class FocalRequest:
     focal_mm with sensor_mm (width, height of the sensor in millimetres), focal_35mm, or focal_px; sensor_mm alone
     goes with each photo's own focal length. assume_fov_deg is the field of view, across the photo's long side, to
     assume where nothing else is known. camera_table: what is known of single photos or cameras, which comes before
-    the rest.
+    the rest. assume: whether a photo that nothing tells the focal length of is taken for one as published photos are,
+    with an interval to match; without it such a photo has no distances.
 
     Raises SettingsError where two statements contradict each other or a value is not positive.
     """
@@ -29,6 +30,7 @@ class FocalRequest:
     sensor_mm: tuple[float, float] | None = None
     assume_fov_deg: float | None = None
     camera_table: CameraTable | None = None
+    assume: bool = True
 
     def __post_init__(self) -> None:
         for name in ("focal_mm", "focal_35mm", "focal_px", "sensor_mm", "assume_fov_deg"):

@@ -28,6 +28,10 @@ def add_camera_options(parser: argparse.ArgumentParser) -> None:
         metavar="DEG",
         help="field of view to assume where nothing is known, across the photo's long side",
     )
+    group.add_argument(
+        "--no-assume", action="store_true",
+        help="no distances where nothing tells the focal length, instead of what published photos have, marked",
+    )  # fmt: skip
     group.add_argument("--camera-table", metavar="FILE", help="CSV of what is known of single photos or cameras")
 
 
@@ -48,7 +52,13 @@ def focal_request(args: argparse.Namespace) -> FocalRequest:
     """Return what the options state; raises SettingsError or CameraError where they contradict each other."""
     table = CameraTable.read(args.camera_table) if args.camera_table else None
     return FocalRequest(
-        args.focal_mm, args.focal_35mm, args.focal_px, args.sensor_mm, args.assume_fov, camera_table=table
+        args.focal_mm,
+        args.focal_35mm,
+        args.focal_px,
+        args.sensor_mm,
+        args.assume_fov,
+        camera_table=table,
+        assume=not args.no_assume,
     )
 
 

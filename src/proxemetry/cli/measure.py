@@ -42,6 +42,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--out", required=True, metavar="DIR", help="results folder, a path or a URL")
     _add_method(parser)
+    parser.add_argument("--no-lines", action="store_true", help="do not look at the picture's straight lines")
     parser.add_argument("--no-undistort", action="store_true", help="do not straighten what the lens bent")
     add_camera_options(parser)
     add_mount_option(parser)
@@ -159,7 +160,14 @@ def _job(args: argparse.Namespace) -> Job:
         args.out,
         args.pose,
         PoseOptions(effort=args.effort, offline=args.offline, device=args.device, flip=args.flip),
-        Settings(args.method, locate, focal, undistort=not args.no_undistort, mount=stated_mount(args)),
+        Settings(
+            args.method,
+            locate,
+            focal,
+            undistort=not args.no_undistort,
+            mount=stated_mount(args),
+            lines=not args.no_lines,
+        ),
         args.with_names,
         args.with_gps,
     )

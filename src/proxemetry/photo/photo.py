@@ -25,6 +25,10 @@ EXTENSIONS = (
 )  # fmt: skip
 
 
+#: What was decoded last is kept up to this size, since several stages look at one photo: 2000 x 3000 pixels twice over.
+_KEPT_BYTES = 36_000_000
+
+
 @dataclass(frozen=True, eq=False)
 class Photo:
     """One photo, upright. Pixels are decoded when asked for, at the scale asked for.
@@ -39,6 +43,7 @@ class Photo:
     metadata: Metadata = field(default_factory=Metadata)
     path: Path | None = None
     _pixels: RGBArray | None = None
+    _reduced: list[RGBArray] = field(default_factory=list["RGBArray"], repr=False)
 
     @classmethod
     def open(
@@ -79,6 +84,17 @@ class Photo:
         if self._pixels is not None:
             return self._pixels
         assert self.path is not None
+        if long_side_px is not None:
+            for kept in self._reduced:
+                if min(long_side_px, max(self.width, self.height)) <= max(kept.shape):
+                    return kept
         pixels = decode(self.path, long_side_px)
         pixels.setflags(write=False)
+        if long_side_px is not None and pixels.nbytes <= _KEPT_BYTES:
+            self._reduced[:] = [pixels]
         return pixels
+
+    @property
+    def has_pixels(self) -> bool:
+        """Whether its pixels were given, rather than a file to decode."""
+        return self._pixels is not None

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import os
 import traceback
+import warnings
 from collections.abc import Callable, Generator, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from ...errors import PhotoError, ProxemetryError
+from ...errors import AssumedFocalWarning, PhotoError, ProxemetryError
 from ...measure import measure
 from ...people import PoseBackend
 from ...photo import Photo
@@ -131,7 +132,8 @@ class Measurer:
 
     def _scene(self, item: Item) -> Scene:
         try:
-            with _opened(item, self.backend, self.job) as photo:
+            with warnings.catch_warnings(), _opened(item, self.backend, self.job) as photo:
+                warnings.simplefilter("ignore", AssumedFocalWarning)  # the summary counts them
                 return measure(photo, pose=self.backend, settings=self.job.settings)
         except ProxemetryError as error:
             reason = _without_name(str(error), item)

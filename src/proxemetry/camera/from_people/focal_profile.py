@@ -83,12 +83,17 @@ class Profile:
         parameters = np.concatenate([self.parameters[:, outside], other.parameters], axis=1)
         return Profile(log_f[order], costs[:, order], parameters[:, order])
 
+    @property
+    def log_likelihood(self) -> FloatArray:
+        """What people say of each focal length, whatever their scatter, shape (G,): a log density up to a constant."""
+        least = self.costs.min()
+        return np.log(np.exp(least - self.costs).sum(axis=0) + 1e-300) - least
+
     def quantiles(self) -> tuple[float, float, float]:
         """Return the 5th, 50th and 95th percentile of log f; between the steps the density runs exponentially."""
         dense = np.linspace(self.log_f[0], self.log_f[-1], 801)
-        least = self.costs.min()
-        cost = least - np.log(np.exp(least - self.costs).sum(axis=0) + 1e-300)
-        density = np.exp(least - np.interp(dense, self.log_f, cost))
+        log = self.log_likelihood
+        density = np.exp(np.interp(dense, self.log_f, log) - log.max())
         cumulative = np.append(0.0, np.cumsum((density[1:] + density[:-1]) / 2))
         low, middle, high = np.interp([LOW, 0.5, HIGH], cumulative / cumulative[-1], dense)
         return float(low), float(middle), float(high)

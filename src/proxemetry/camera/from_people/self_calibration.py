@@ -18,6 +18,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from ...arrays import FloatArray
 from ...intervals import HALF_WIDTH_SD
 from ...people import People
 from ...photo.metadata import Metadata
@@ -35,12 +36,13 @@ _HOPELESS = 8 * math.log1p(WIDEST)
 _TOO_FEW_AGREE = "fewer than 3 people agree on how the camera looks"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class FocalPosterior:
     """What people say of the focal length.
 
     f_px, low_px, high_px: median and central 90 % interval. log_sd: standard deviation of its logarithm.
-    pitch_rad: of the camera, positive where it looks down. upright: shape (P,), who supports it.
+    pitch_rad: of the camera, positive where it looks down. upright: shape (P,), who supports it. log_f, log_likelihood:
+    the logarithm of focal lengths in pixels, shape (G,), rising, and what the people say of each.
     """
 
     f_px: float
@@ -49,6 +51,8 @@ class FocalPosterior:
     log_sd: float
     pitch_rad: float
     upright: NDArray[np.bool_]
+    log_f: FloatArray
+    log_likelihood: FloatArray
 
 
 def calibrate(people: People, width: int, height: int) -> CameraEstimate:
@@ -74,24 +78,6 @@ def calibrate(people: People, width: int, height: int) -> CameraEstimate:
     return CameraEstimate(camera, (candidate,), (flag,))
 
 
-def with_people(estimate: CameraEstimate, people: People, width: int, height: int) -> CameraEstimate:
-    """Return an estimate that lacks a focal length with what the people tell of it; any other as it is.
-
-    What the people tell goes before an assumed field of view, which is for photos that nothing else is known of.
-    """
-    assumed = estimate.source is not None and estimate.source.kind is FocalSource.ASSUMED_FOV
-    if (estimate.camera is not None and not assumed) or not estimate.may_be_guessed:
-        return estimate
-    found = calibrate(people, width, height)
-    candidates = (*found.candidates, *estimate.candidates)
-    if found.camera is not None:
-        kept = tuple(flag for flag in estimate.flags if flag.doubt is not Doubt.ASSUMED)
-        return CameraEstimate(found.camera, candidates, (*kept, *found.flags), mount=estimate.mount)
-    if assumed:
-        return replace(estimate, candidates=candidates)
-    return replace(estimate, candidates=candidates, reason=f"{estimate.reason}; {found.reason}")
-
-
 def focal_posterior(people: People, width: int, height: int) -> FocalPosterior | str:
     """Return the posterior of the focal length in pixels, or why there is none."""
     segments = segments_of(people, width, height)
@@ -111,5 +97,7 @@ def focal_posterior(people: People, width: int, height: int) -> FocalPosterior |
     upright = np.zeros(len(people), dtype=bool)
     upright[segments.rows[fits]] = True
     f_px, low_px, high_px = (math.exp(value) * segments.long_side_px for value in (middle, low, high))
-    pitch_rad = float(profile.best.parameters[0])
-    return FocalPosterior(f_px, low_px, high_px, (high - low) / (2 * HALF_WIDTH_SD), pitch_rad, upright)
+    return FocalPosterior(
+        f_px, low_px, high_px, (high - low) / (2 * HALF_WIDTH_SD), float(profile.best.parameters[0]), upright,
+        profile.log_f + math.log(segments.long_side_px), profile.log_likelihood,
+    )  # fmt: skip

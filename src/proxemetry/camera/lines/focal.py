@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from ...arrays import FloatArray
 from .gravity import TOO_FEW, TRUSTED, checked
 from .mixture import Fitted, lines_of, nothing_cost, refined
-from .model import LOG_F, N_PARAMETERS, PITCH, PRIOR, Prior
+from .model import CENTRE, LOG_F, N_PARAMETERS, PITCH, PRIOR, Prior
 from .search import starts
 from .trust import trust_of
 
@@ -88,26 +88,33 @@ def read_focal(segments_px: ArrayLike, width: int, height: int) -> FocalFromLine
     return FocalFromLines(*(math.exp(value) * diagonal for value in (middle, low, high)))
 
 
-def focal_profile(segments_px: ArrayLike, width: int, height: int) -> FocalProfile | str:
-    """Return what straight segments (N, 4) say of every focal length, or why they say nothing."""
+def focal_profile(
+    segments_px: ArrayLike, width: int, height: int, centre_sd_px: float = 0.0
+) -> FocalProfile | str:  # fmt: skip
+    """Return what straight segments (N, 4) say of every focal length, or why they say nothing.
+
+    centre_sd_px: how far the principal point may be from the middle, beyond what it is in any photo.
+    """
     diagonal = math.hypot(width, height)
     ends = checked(segments_px).reshape(-1, 2, 2) - (width / 2, height / 2)
     lines = lines_of(ends.reshape(-1, 4) / diagonal)
     if len(lines.length) < 4:
         return TOO_FEW
-    rows = np.concatenate([starts(lines, value, PRIOR, _TILTS, _REFINED) for value in _STARTED.tolist()])
+    usual = float(PRIOR.sd[CENTRE][0])
+    prior = PRIOR.with_centre_sd(math.hypot(usual, centre_sd_px / diagonal))
+    rows = np.concatenate([starts(lines, value, prior, _TILTS, _REFINED) for value in _STARTED.tolist()])
     nearest = np.abs(_GRID[:, None] - _STARTED).argmin(axis=1)
     begin = _moved(rows.reshape(len(_STARTED), _REFINED, -1)[nearest], _GRID[:, None])
-    rough = refined(lines, begin.reshape(-1, N_PARAMETERS), PRIOR, LOG_F, _ROUGH_STEPS)
+    rough = refined(lines, begin.reshape(-1, N_PARAMETERS), prior, LOG_F, _ROUGH_STEPS)
     leading = rough.cost.reshape(len(_GRID), -1).argmin(axis=1) + np.arange(len(_GRID)) * _REFINED
-    coarse = refined(lines, rough.rows[leading], PRIOR, LOG_F)
-    cost, kept = _without_focal(coarse, PRIOR), coarse.rows
+    coarse = refined(lines, rough.rows[leading], prior, LOG_F)
+    cost, kept = _without_focal(coarse, prior), coarse.rows
     # in small steps around the likeliest: from its horizon, and from the next in the first profile
     best = int(cost.argmin())
     fine = _GRID[best] + _FINE
     own, next_to = _moved(kept[[best]], fine), _moved(kept[np.abs(_GRID - fine[:, None]).argmin(axis=1)], fine)
-    finer = refined(lines, np.concatenate([own, next_to]), PRIOR, LOG_F)
-    fine_cost = _without_focal(finer, PRIOR)
+    finer = refined(lines, np.concatenate([own, next_to]), prior, LOG_F)
+    fine_cost = _without_focal(finer, prior)
     outside = np.abs(_GRID - _GRID[best]) > _FINE[-1]
     log_f = np.concatenate([_GRID[outside], fine])
     lowest = np.concatenate([cost[outside], fine_cost.reshape(2, -1).min(axis=0)])

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from ...arrays import FloatArray
 from ..camera import Camera
+from ..mount import Mount
 from .mixture import Fitted, Lines, lines_of, nothing_cost, refined
 from .model import AZIMUTH, PRIOR, down_of
 from .search import starts
@@ -24,6 +25,8 @@ SYSTEMATIC_RAD: FloatArray = np.radians([1.0, 0.15])
 TRUSTED = 0.9
 #: Explanations nearer than this, in degrees of pitch and roll, and in azimuth, are one.
 _SAME_RAD, _SAME_AZIMUTH = math.radians(0.3), 0.03
+#: What a mount made of it says of itself.
+SOURCE = "straight lines"
 TOO_FEW, NO_STRUCTURE = "fewer than 4 straight segments", "no straight structure that tells up from down"
 
 
@@ -40,6 +43,17 @@ class Gravity:
     roll_deg: float
     pitch_sd_deg: float
     roll_sd_deg: float
+
+    def mount(self, height_of: Mount | None = None) -> Mount:
+        """Return it as what is known of the camera's place; the height, if any, is that of another mount."""
+        angles = np.radians([self.pitch_deg, self.roll_deg, self.pitch_sd_deg, self.roll_sd_deg]).tolist()
+        height_m = math.nan if height_of is None else height_of.height_m
+        sd_m = None if height_of is None else height_of.height_sd_m
+        size = None if height_of is None else height_of.size_px
+        return Mount.stated(
+            angles[0], angles[1], height_m, pitch_sd_rad=angles[2], roll_sd_rad=angles[3], height_sd_m=sd_m,
+            size_px=size, source=SOURCE,
+        )  # fmt: skip
 
 
 def gravity_from_lines(segments_px: ArrayLike, camera: Camera) -> Gravity | None:

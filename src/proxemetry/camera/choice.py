@@ -1,0 +1,67 @@
+"""A photo's camera, its people being known: what is stated and recorded first, then what the picture tells."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from functools import cached_property
+
+from ..arrays import FloatArray
+from ..people import People
+from ..photo import Photo
+from .estimate import CameraEstimate
+from .focal import estimate_camera, row_of
+from .lines.gravity import read_gravity
+from .lines.segments import segments_of
+from .mount import Mount
+from .request import FocalRequest
+from .sources import FocalSource
+from .unstated import without_statement
+
+
+class PictureLines:
+    """The straight segments of a photo outside its people, looked for when first asked for."""
+
+    def __init__(self, photo: Photo, people: People) -> None:
+        self._photo, self._people = photo, people
+
+    @cached_property
+    def segments_px(self) -> FloatArray | None:
+        """Segments (N, 4) in full-size pixels; None where the photo's pixels are not at hand."""
+        return segments_of(self._photo, self._people.boxes_px)
+
+
+def choose_camera(
+    photo: Photo, people: People, request: FocalRequest, mount: Mount | None, lines: PictureLines | None
+) -> CameraEstimate:
+    """Return the camera of a photo with people in it; mount and lines are those of `measure`.
+
+    Raises CameraError where the mount is of photos of another size.
+    """
+    estimate = estimate_camera(photo, request)
+    mount = estimate.mount or mount
+    if mount is not None and mount.camera is not None:
+        mount.check_size(photo.width, photo.height)
+        return replace(estimate, camera=mount.camera, flags=(), reason=None, lens=None, mount=mount)
+    by_fov = estimate.source is not None and estimate.source.kind is FocalSource.ASSUMED_FOV
+    missing = estimate.camera is None and estimate.may_be_guessed and not _is_half_stated(photo, request)
+    if not (missing or by_fov):
+        return estimate
+    segments_px = None if lines is None else lines.segments_px
+    return without_statement(estimate, photo, people, segments_px, request.assume)
+
+
+def _is_half_stated(photo: Photo, request: FocalRequest) -> bool:
+    """Return whether a focal length in millimetres is stated that lacks a sensor: whoever knows the one knows both."""
+    row = row_of(photo, request.camera_table) if request.camera_table else None
+    return request.focal_mm is not None or (row is not None and row.focal_mm is not None)
+
+
+def with_gravity(estimate: CameraEstimate, lines: PictureLines, mount: Mount | None) -> CameraEstimate:
+    """Return the estimate with gravity as straight lines show it, where no mount tells the pitch."""
+    mount = estimate.mount or mount
+    told = mount is not None and (mount.camera is not None or math.isfinite(mount.pitch_rad))
+    if told or estimate.camera is None or lines.segments_px is None:
+        return estimate
+    gravity = read_gravity(lines.segments_px, estimate.camera)
+    return estimate if isinstance(gravity, str) else replace(estimate, mount=gravity.mount(mount))

@@ -1,0 +1,135 @@
+"""Straight segments in a photo: OpenCV's detector on the reduced picture, people and the picture's edge left out."""
+
+from __future__ import annotations
+
+import math
+from typing import cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...arrays import FloatArray, RGBArray
+from ...errors import PhotoError
+from ...photo import Photo
+
+#: The picture is reduced to this long side: edges of things stay, texture goes. As large as York Urban's pictures, on
+#: which the noise of segments was measured.
+LONG_SIDE_PX = 640
+#: Segments shorter than this part of the diagonal tell little; of the others, the longest are looked at.
+_SHORTEST, _MOST = 0.016, 400
+#: Along the picture's edge, within this part of its sides, run the borders of scans and prints.
+_MARGIN = 0.012
+#: A person's box grows by this part of its sides: limbs and clothes reach beyond it.
+_AROUND = 0.06
+#: Pieces of one line: as parallel as this, and as near to one another across and along it, in reduced pixels.
+_PARALLEL_RAD, _ACROSS_PX, _GAP_PX = math.radians(2.5), 1.2, 12.0
+
+
+def segments_of(photo: Photo, boxes_px: FloatArray) -> FloatArray | None:
+    """Return straight segments (N, 4), u0 v0 u1 v1 in full-size pixels, outside people's boxes (P, 4).
+
+    None where the photo's pixels are not at hand or cannot be decoded.
+    """
+    if photo.path is None and not photo.has_pixels:
+        return None
+    try:
+        pixels = photo.pixels(LONG_SIDE_PX)
+    except PhotoError:
+        return None
+    factors = np.tile((photo.width / pixels.shape[1], photo.height / pixels.shape[0]), 2)
+    return straight_segments(pixels, boxes_px / factors) * factors
+
+
+def straight_segments(pixels: RGBArray, boxes_px: FloatArray) -> FloatArray:
+    """Return straight segments (N, 4), the longest first, in pixels (H, W, 3) outside people's boxes (P, 4)."""
+    import cv2
+
+    height, width = pixels.shape[:2]
+    scale = min(1.0, LONG_SIDE_PX / max(width, height))
+    size = max(1, round(width * scale)), max(1, round(height * scale))
+    if min(size) < 8:
+        return np.zeros((0, 4))
+    small = cv2.resize(pixels, size, interpolation=cv2.INTER_AREA) if scale < 1 else pixels
+    grey = cv2.cvtColor(small, cv2.COLOR_RGB2GRAY)
+    # a pixel is looked up at its middle, where OpenCV counts it from
+    found = cv2.createLineSegmentDetector(cv2.LSD_REFINE_NONE).detect(grey)[0]
+    if cast(object, found) is None:
+        return np.zeros((0, 4))
+    segments = np.asarray(found, dtype=float).reshape(-1, 4) + 0.5
+    factors = np.tile((width / size[0], height / size[1]), 2)
+    segments = segments[_outside(segments, boxes_px / factors) & ~_at_edge(segments, size)]
+    diagonal = math.hypot(*size)
+    merged = _merged(_longest(segments[_lengths(segments) > _SHORTEST * diagonal / 2], _MOST))
+    return _longest(merged[_lengths(merged) > _SHORTEST * diagonal], _MOST) * factors
+
+
+def _lengths(segments: FloatArray) -> FloatArray:
+    return np.hypot(segments[:, 2] - segments[:, 0], segments[:, 3] - segments[:, 1])
+
+
+def _longest(segments: FloatArray, count: int) -> FloatArray:
+    return segments[np.argsort(-_lengths(segments), kind="stable")[:count]]
+
+
+def _outside(segments: FloatArray, boxes: FloatArray) -> NDArray[np.bool_]:
+    """Return which segments have their middle outside everybody's box, shape (N,)."""
+    boxes = boxes[np.isfinite(boxes).all(axis=1)]
+    around = _AROUND * (boxes[:, 2:] - boxes[:, :2])
+    low, high = boxes[:, :2] - around, boxes[:, 2:] + around
+    middle = (segments[:, None, :2] + segments[:, None, 2:]) / 2
+    inside = np.all((middle > low) & (middle < high), axis=-1)
+    return np.asarray(~np.any(inside, axis=1), dtype=bool)
+
+
+def _at_edge(segments: FloatArray, size: tuple[int, int]) -> NDArray[np.bool_]:
+    """Return which segments run along the picture's edge, shape (N,)."""
+    ends = segments.reshape(-1, 2, 2)
+    margin = _MARGIN * np.array(size)
+    along = np.all(ends < margin, axis=1) | np.all(ends > np.array(size) - margin, axis=1)
+    return np.asarray(np.any(along, axis=1), dtype=bool)
+
+
+def _merged(segments: FloatArray) -> FloatArray:
+    """Return segments with the pieces of one line made one; pieces of a bend stay apart."""
+    count = len(segments)
+    if count < 2:
+        return segments
+    ends = segments.reshape(-1, 2, 2)
+    along = (ends[:, 1] - ends[:, 0]) / _lengths(segments)[:, None]
+    across = np.stack([-along[:, 1], along[:, 0]], axis=1)
+    parallel = np.abs(along @ across.T) < math.sin(_PARALLEL_RAD)
+    near = np.zeros_like(parallel)
+    first, second = np.nonzero(np.triu(parallel, 1))
+    away = ends[second] - ends[first].mean(axis=1)[:, None]  # the second's ends, as the first sees them
+    off = np.abs((away * across[first][:, None]).sum(axis=-1)).max(axis=1)
+    place = (away * along[first][:, None]).sum(axis=-1)
+    half = _lengths(segments)[first] / 2
+    gap = np.maximum(place.min(axis=1) - half, -half - place.max(axis=1))
+    near[first, second] = (off < _ACROSS_PX) & (gap < _GAP_PX)
+    group = _components(near | near.T)
+    single = np.bincount(group, minlength=count)[group] == 1
+    joined = [_joined(ends[group == k]) for k in np.unique(group[~single])]
+    return np.concatenate([segments[single], *joined])
+
+
+def _components(linked: NDArray[np.bool_]) -> NDArray[np.intp]:
+    """Return for each of N nodes the lowest one that it is linked to, by whatever way."""
+    label = np.arange(len(linked))
+    while True:
+        lowest = np.minimum(label, np.where(linked, label, len(label)).min(axis=1))
+        lowest = lowest[lowest]
+        if (lowest == label).all():
+            return label
+        label = lowest
+
+
+def _joined(pieces: FloatArray) -> FloatArray:
+    """Return pieces (k, 2, 2) of one line as one segment (1, 4), or as they are (k, 4) where they bend."""
+    points = pieces.reshape(-1, 2)
+    middle = points.mean(axis=0)
+    _, _, axes = np.linalg.svd(points - middle, full_matrices=False)
+    place = (points - middle) @ axes.T
+    if np.abs(place[:, 1]).max() > _ACROSS_PX:
+        return pieces.reshape(-1, 4)
+    reach = np.array([place[:, 0].min(), place[:, 0].max()])
+    return (middle + reach[:, None] * axes[0]).reshape(1, 4)

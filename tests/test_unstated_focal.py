@@ -1,0 +1,160 @@
+"""Photos that nothing states the focal length of: what published photos, lines and people tell together."""
+
+from __future__ import annotations
+
+import math
+import warnings
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from proxemetry import measure
+from proxemetry.camera import Camera, Doubt, FocalSource
+from proxemetry.camera.choice import PictureLines, choose_camera, with_gravity
+from proxemetry.camera.focal import FocalRequest, estimate_camera
+from proxemetry.camera.lines.segments import segments_of, straight_segments
+from proxemetry.camera.published import quantile_mm
+from proxemetry.camera.unstated import without_statement
+from proxemetry.errors import AssumedFocalWarning
+from proxemetry.people import People
+from proxemetry.people.skeleton import COCO_17
+from proxemetry.photo import Photo
+from synthetic.line_scenes import exact_scene
+
+WIDTH, HEIGHT = 640, 480
+NOBODY = People.none(COCO_17)
+
+
+def drawn(pitch_deg: float = 8.0, focal_px: float = 600.0) -> Photo:
+    """Return a picture of two walls at right angles, as white lines on black."""
+    import cv2
+
+    pixels = np.zeros((HEIGHT, WIDTH, 3), np.uint8)
+    scene = exact_scene(pitch_deg, 0.0, focal_px, WIDTH, HEIGHT, azimuths_deg=(35.0, 125.0), each=16)
+    for u0, v0, u1, v1 in scene.segments_px.tolist():
+        ends = [(round(16 * (u - 0.5)), round(16 * (v - 0.5))) for u, v in ((u0, v0), (u1, v1))]
+        cv2.line(pixels, ends[0], ends[1], (255, 255, 255), 2, cv2.LINE_AA, shift=4)
+    return Photo.from_array(pixels)
+
+
+def blank() -> Photo:
+    return Photo.from_array(np.zeros((HEIGHT, WIDTH, 3), np.uint8))
+
+
+def equivalent_mm(f_px: float) -> float:
+    return f_px / math.hypot(WIDTH, HEIGHT) * math.hypot(36, 24)
+
+
+def test_quantiles_are_those_of_the_docs() -> None:
+    assert [round(quantile_mm(share)) for share in (0.05, 0.25, 0.5, 0.75, 0.95)] == [19, 27, 37, 54, 101]
+
+
+def test_nothing_told_is_assumed_as_wide_as_published_photos_are() -> None:
+    estimate = choose_camera(blank(), NOBODY, FocalRequest(), None, None)
+    assert estimate.camera is not None and estimate.is_assumed
+    assert estimate.camera.source.kind is FocalSource.ASSUMED_PRIOR
+    assert [flag.doubt for flag in estimate.flags] == [Doubt.ASSUMED]
+    assert 35 < equivalent_mm(estimate.camera.f_px) < 42
+    low, high = (estimate.camera.f_px * math.exp(s * 1.645 * estimate.camera.focal_rel_sd) for s in (-1, 1))
+    assert equivalent_mm(low) < 21 and equivalent_mm(high) > 85
+
+
+def test_refusing_to_assume_leaves_no_camera_and_says_what_to_state() -> None:
+    estimate = choose_camera(blank(), NOBODY, FocalRequest(assume=False), None, None)
+    assert estimate.camera is None
+    assert "--focal-35mm" in (estimate.reason or "")
+
+
+def test_half_a_statement_is_not_made_whole_by_an_assumption() -> None:
+    estimate = choose_camera(blank(), NOBODY, FocalRequest(focal_mm=50), None, None)
+    assert estimate.camera is None and "sensor size" in (estimate.reason or "")
+
+
+@pytest.mark.parametrize("assume", [True, False])
+def test_lines_tell_the_focal_length(assume: bool) -> None:
+    photo = drawn()
+    estimate = choose_camera(photo, NOBODY, FocalRequest(assume=assume), None, PictureLines(photo, NOBODY))
+    assert estimate.camera is not None and not estimate.is_assumed
+    assert estimate.camera.source.kind is FocalSource.LINES
+    assert estimate.camera.f_px == pytest.approx(600, rel=0.06)
+    assert abs(math.log(estimate.camera.f_px / 600)) < 2 * estimate.camera.focal_rel_sd < 0.3
+    assert [flag.doubt for flag in estimate.flags] == [Doubt.ESTIMATED]
+
+
+def test_what_is_stated_is_not_looked_for() -> None:
+    stated = FocalRequest(focal_px=900)
+    photo = drawn()
+    assert choose_camera(photo, NOBODY, stated, None, PictureLines(photo, NOBODY)) == estimate_camera(photo, stated)
+
+
+def test_a_field_of_view_that_was_allowed_goes_before_the_assumption_and_after_the_lines() -> None:
+    request = FocalRequest(assume_fov_deg=60)
+    kinds = [
+        estimate.camera.source.kind
+        for photo in (blank(), drawn())
+        if (estimate := choose_camera(photo, NOBODY, request, None, PictureLines(photo, NOBODY))).camera is not None
+    ]
+    assert kinds == [FocalSource.ASSUMED_FOV, FocalSource.LINES]
+
+
+def test_lines_that_are_not_believed_change_little() -> None:
+    """Segments in no order: the interval stays about as wide as without them."""
+    rng = np.random.default_rng(3)
+    middle, angle = rng.uniform(0, 480, (60, 2)), rng.uniform(0, math.pi, 60)
+    half = 15 * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    photo = blank()
+    without = without_statement(estimate_camera(photo), photo, NOBODY, None, True)
+    with_lines = without_statement(
+        estimate_camera(photo), photo, NOBODY, np.concatenate([middle - half, middle + half], axis=1), True
+    )
+    assert without.camera is not None and with_lines.camera is not None
+    assert with_lines.camera.focal_rel_sd == pytest.approx(without.camera.focal_rel_sd, rel=0.1)
+    assert with_lines.is_assumed
+
+
+def test_gravity_of_a_drawn_picture_becomes_a_mount_without_height() -> None:
+    photo = drawn(pitch_deg=12.0)
+    lines = PictureLines(photo, NOBODY)
+    estimate = replace(estimate_camera(photo, FocalRequest(focal_px=600)))
+    mount = with_gravity(estimate, lines, None).mount
+    assert mount is not None and math.isnan(mount.height_m)
+    assert math.degrees(mount.pitch_rad) == pytest.approx(12, abs=0.6)
+    assert math.degrees(mount.roll_rad) == pytest.approx(0, abs=0.3)
+
+
+def test_segments_are_where_the_lines_are_and_not_in_people() -> None:
+    pixels = np.zeros((300, 400, 3), np.uint8)
+    pixels[100:, :] = 255  # an edge at v = 100
+    pixels[:, 200:] = pixels[:, 200:] // 2
+    found = straight_segments(pixels, np.zeros((0, 4)))
+    level = found[np.abs(found[:, 1] - found[:, 3]) < 1]
+    np.testing.assert_allclose(level[:, [1, 3]], 100, atol=0.7)
+    assert not len(straight_segments(pixels, np.array([[-10.0, -10.0, 410.0, 310.0]])))
+    larger = np.repeat(np.repeat(pixels, 4, axis=0), 4, axis=1)
+    again = straight_segments(larger, np.zeros((0, 4)))
+    np.testing.assert_allclose(again[np.abs(again[:, 1] - again[:, 3]) < 4][:, [1, 3]], 400, atol=3)
+
+
+def test_pieces_of_one_line_are_one_and_those_of_a_bend_are_not() -> None:
+    pixels = np.zeros((300, 400, 3), np.uint8)
+    pixels[150:153, 40:180] = pixels[150:153, 188:360] = 255
+    lengths = np.ptp(straight_segments(pixels, np.zeros((0, 4)))[:, [0, 2]], axis=1)
+    assert lengths.max() > 300
+
+
+def test_a_photo_that_is_not_at_hand_has_no_segments() -> None:
+    assert segments_of(Photo("away.jpg", 640, 480, ""), np.zeros((0, 4))) is None
+
+
+def test_the_library_says_loudly_what_it_assumed() -> None:
+    points = np.random.default_rng(0).uniform(100, 300, (1, 17, 2))
+    person = People(COCO_17, points, np.ones((1, 17)))
+    with pytest.warns(AssumedFocalWarning, match=r"focal_35mm=35"):
+        scene = measure(blank(), pose=lambda pixels: person)
+    assert scene.camera.is_assumed
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", AssumedFocalWarning)
+        refused = measure(blank(), pose=lambda pixels: person, camera=FocalRequest(assume=False))
+        measure(blank(), pose=lambda pixels: person, camera=Camera.centred(600, WIDTH, HEIGHT))
+    assert refused.status == "no_camera"
