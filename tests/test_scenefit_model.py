@@ -125,3 +125,12 @@ def test_blazeposes_ears_lie_nearer_together_and_to_the_face():
     assert (ours[0] - ours[1]) / (coco[0] - coco[1])[1] == pytest.approx((0, 0.64, 0))
     assert ours[:, 0] == pytest.approx(0.20 * LENGTHS_M[-1])
     assert coco[:, 0] == pytest.approx(0)
+
+
+@pytest.mark.parametrize(("joint", "higher"), [("knee", 0.006), ("ankle", 0.010), ("hip", 0.009), ("heel", 0.0)])
+def test_blazeposes_joints_below_the_trunk_lie_higher(joint, higher):
+    def height(skeleton):
+        model = body_model(skeleton)
+        return model.rest[0, list(model.columns).index(skeleton.index(f"left_{joint}")), 2]
+
+    assert height(BLAZEPOSE_33) - height(HALPE_26) == pytest.approx(higher)
