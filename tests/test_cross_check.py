@@ -9,12 +9,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from proxemetry.errors import SettingsError
+from proxemetry.camera import Camera
+from proxemetry.errors import PhotoError, SettingsError
+from proxemetry.measure import measure
 from proxemetry.people import People
 from proxemetry.people.skeleton import BODY_25, COCO_17, KORTE_PARTS, Skeleton
 from proxemetry.photo import Photo
-from proxemetry.pose import backend_named
-from proxemetry.pose.cross_check import CrossChecked, confirmed_by_boxes, confirmed_by_people
+from proxemetry.pose import backend_named, replays
+from proxemetry.pose.cross_check import CrossChecked, confirmed_by_boxes, confirmed_by_people, cross_checked
+from proxemetry.pose.recording import Recording
 from synthetic.field_maps import standing
 
 PLACES = [(100, 20), (400, 40), (650, 30)]
@@ -91,6 +94,43 @@ def test_a_pair_of_back_ends_is_a_back_end() -> None:
     nobody = CrossChecked(_Fixed("a", People.none(BODY_25)), second)
     assert len(nobody.detect(photo)) == 0
     assert second.asked == 1, "where the first sees nobody the second is not asked"
+
+
+class _Told(_Fixed):
+    """A recording that states a camera."""
+
+    photos = ("a.jpg",)
+
+    def photo(self, name: str) -> Photo:
+        return Photo(name, 1000, 800, "0" * 64)
+
+    def camera_of(self, photo: Photo) -> Camera | None:
+        return Camera.centred(999, photo.width, photo.height)
+
+    def why_nobody(self, photo: Photo) -> str | None:
+        return None if len(self.people) else "not listed"
+
+
+def test_the_camera_that_a_keypoint_file_states_is_not_lost_where_another_confirms_its_people() -> None:
+    pixels = np.zeros((800, 1000, 3), np.uint8)
+    people = _people(PLACES)
+    for pair in ((_Told("a", people), _Fixed("b", people)), (_Fixed("b", people), _Told("a", people))):
+        scene = measure(pixels, pose=cross_checked(*pair))
+        assert scene.camera.camera is not None and scene.camera.camera.f_px == 999
+    assert not isinstance(cross_checked(_Fixed("a", people), _Fixed("b", people)), Recording)
+
+
+def test_a_pair_knows_photos_without_files_where_its_first_does() -> None:
+    told, seen = _Told("a", _people(PLACES)), _Fixed("b", _people(PLACES))
+    first, second = cross_checked(told, seen), cross_checked(seen, told)
+    assert isinstance(first, Recording) and isinstance(second, Recording)
+    assert first.photos == ("a.jpg",) and first.photo("a.jpg").width == 1000
+    assert second.photos == ()
+    with pytest.raises(PhotoError, match="b looks at the photo"):
+        second.photo("a.jpg")
+    empty = cross_checked(_Told("a", People.none(BODY_25)), seen)
+    assert isinstance(empty, Recording) and empty.why_nobody(first.photo("a.jpg")) == "not listed"
+    assert replays("cross-check:recorded:a.json+blazepose") and not replays("cross-check:blazepose+recorded:a.json")
 
 
 @pytest.mark.parametrize("names", ["", "blazepose", "a+b+c", "+blazepose"])

@@ -19,6 +19,7 @@ from .errors import AssumedFocalWarning, CameraError, PhotoError, SettingsError
 from .locate import LocateSettings, method_named
 from .people import People, PoseBackend
 from .photo import Photo, RGBArray
+from .pose.recording import Recording
 from .scene import Provenance, Scene
 from .settings import Settings
 from .version import __version__
@@ -183,17 +184,15 @@ def _backend(pose: str | PoseBackend | Callable[..., Any]) -> PoseBackend:
 
 def _recorded_camera(backend: PoseBackend, photo: Photo, settings: Settings) -> Camera | None:
     """Return the camera that a keypoint file gives for the photo, unless the user states one for the run."""
-    camera_of = getattr(backend, "camera_of", None)
-    if camera_of is None or settings.focal != FocalRequest():
+    if not isinstance(backend, Recording) or settings.focal != FocalRequest():
         return None
     found_with_place = settings.mount is not None and settings.mount.camera is not None
-    return None if found_with_place else camera_of(photo)
+    return None if found_with_place else backend.camera_of(photo)
 
 
 def _why_nobody(backend: PoseBackend, photo: Photo) -> str | None:
     """Return what a back end that does not look at the photo has to say of its emptiness."""
-    why_nobody = getattr(backend, "why_nobody", None)
-    return why_nobody(photo) if why_nobody is not None else None
+    return backend.why_nobody(photo) if isinstance(backend, Recording) else None
 
 
 def _estimate(

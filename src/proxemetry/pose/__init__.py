@@ -132,6 +132,12 @@ def available() -> list[str]:
     return [name for name, entry in BACKENDS.items() if entry.models and is_available(name)]
 
 
+def replays(name: str) -> bool:
+    """Return whether a back end knows photos without their files: a recording, or one that another only confirms."""
+    key, _, argument = name.partition(":")
+    return key == "recorded" or (key == "cross-check" and replays(argument.partition("+")[0]))
+
+
 def lacking(name: str, models: Mapping[str, str]) -> tuple[str, ...]:
     """Return the networks that a back end would use but loaded its others without."""
     entry = BACKENDS.get(name)

@@ -13,11 +13,13 @@ from numpy.typing import NDArray
 
 from ..arrays import FloatArray
 from ..assignment import assign
-from ..errors import SettingsError
+from ..camera import Camera
+from ..errors import PhotoError, SettingsError
 from ..people import People, PoseBackend
 from ..people.skeleton import MIDDLES, Skeleton
 from ..photo import Photo
 from . import PoseOptions, backend_named
+from .recording import Recording
 
 #: Skeletons agree where their shared joints are this close on average: a third of the smaller one's size.
 _REACH = 1 / 3
@@ -54,12 +56,43 @@ class CrossChecked:
         return confirmed_by_people(people, self.second.detect(photo)) if len(people) else people
 
 
+class CrossCheckedRecording(CrossChecked):
+    """The same where one of the two replays a recording: what that knows of a photo beside its people is handed on."""
+
+    @property
+    def photos(self) -> tuple[str, ...]:
+        """Those of the first back end; the second cannot do without files where the first looks at them."""
+        return self.first.photos if isinstance(self.first, Recording) else ()
+
+    def photo(self, name: str) -> Photo:
+        """Return the first back end's photo; raises PhotoError where it needs the file or does not state its size."""
+        if isinstance(self.first, Recording):
+            return self.first.photo(name)
+        raise PhotoError(f"{name}: no file, and {self.first.name} looks at the photo")
+
+    def camera_of(self, photo: Photo) -> Camera | None:
+        """Return the camera that the first recording to state one states."""
+        recordings = (backend for backend in (self.first, self.second) if isinstance(backend, Recording))
+        return next((camera for r in recordings if (camera := r.camera_of(photo)) is not None), None)
+
+    def why_nobody(self, photo: Photo) -> str | None:
+        """Return why neither recording has anybody there, None where it is not for want of a record."""
+        recordings = (backend for backend in (self.first, self.second) if isinstance(backend, Recording))
+        return next((why for r in recordings if (why := r.why_nobody(photo)) is not None), None)
+
+
+def cross_checked(first: PoseBackend, second: PoseBackend) -> CrossChecked:
+    """Return the back end of those of the first's people whom the second confirms."""
+    replays = isinstance(first, Recording) or isinstance(second, Recording)
+    return (CrossCheckedRecording if replays else CrossChecked)(first, second)
+
+
 def open_backend(argument: str, options: PoseOptions) -> CrossChecked:
     """Return the back end of `cross-check:FIRST+SECOND`; raises SettingsError where there are not two names."""
     names = argument.split("+")
     if len(names) != 2 or not all(names):
         raise SettingsError(f"--pose cross-check:{argument}: write cross-check:FIRST+SECOND")
-    return CrossChecked(backend_named(names[0], options), backend_named(names[1], options))
+    return cross_checked(backend_named(names[0], options), backend_named(names[1], options))
 
 
 def confirmed_by_people(people: People, others: People) -> People:

@@ -20,7 +20,7 @@ from ..people import People
 from ..people.skeleton import COCO_17, Skeleton
 from ..photo import Photo
 from . import PoseOptions
-from .formats import Recording, read
+from .formats import RecordedPhoto, read
 
 #: How far the aspect ratios of a photo and of the photo in the file may be apart: what rounding a resize makes.
 _ASPECT_TOLERANCE = 0.02
@@ -112,7 +112,7 @@ class Recorded:
                 f"{photo.height} pixels: the keypoints are another photo's, or a larger copy's; state its size there"
             )
 
-    def _recording(self, name: str) -> Recording | None:
+    def _recording(self, name: str) -> RecordedPhoto | None:
         path = PurePosixPath(name.replace("\\", "/"))
         found = self._by_name.get(str(path)) or self._by_base.get(path.name) or self._by_stem.get(path.stem)
         if found is None and (digits := _COCO_NAME.search(path.stem)):
@@ -142,8 +142,8 @@ def open_backend(argument: str, options: PoseOptions) -> Recorded:
     return Recorded(argument)
 
 
-def _by_unique_name(path: Path, recordings: tuple[Recording, ...]) -> dict[str, Recording]:
-    answer: dict[str, Recording] = {}
+def _by_unique_name(path: Path, recordings: tuple[RecordedPhoto, ...]) -> dict[str, RecordedPhoto]:
+    answer: dict[str, RecordedPhoto] = {}
     for recording in recordings:
         name = _name_of(recording)
         if name in answer:
@@ -152,7 +152,7 @@ def _by_unique_name(path: Path, recordings: tuple[Recording, ...]) -> dict[str, 
     return answer
 
 
-def _name_of(recording: Recording) -> str:
+def _name_of(recording: RecordedPhoto) -> str:
     """Return a recorded photo's name as tables hold it; the names of OpenPose's files may be bytes that are no text."""
     if "\0" in recording.photo:
         raise KeypointsError(f"the photo {recording.photo!r:.80} has a zero byte in its name")
@@ -160,9 +160,9 @@ def _name_of(recording: Recording) -> str:
     return name if is_whole(name) else readable_name(name)
 
 
-def _unless_shared(named: Iterable[tuple[str, Recording]]) -> dict[str, Recording]:
+def _unless_shared(named: Iterable[tuple[str, RecordedPhoto]]) -> dict[str, RecordedPhoto]:
     """Return what each name stands for where it stands for one photo only: a/1.jpg and b/1.jpg are two."""
-    answer: dict[str, Recording] = {}
+    answer: dict[str, RecordedPhoto] = {}
     shared: set[str] = set()
     for name, recording in named:
         if name in answer:
@@ -171,7 +171,7 @@ def _unless_shared(named: Iterable[tuple[str, Recording]]) -> dict[str, Recordin
     return {name: recording for name, recording in answer.items() if name not in shared}
 
 
-def _same_shape(recording: Recording, photo: Photo) -> bool:
+def _same_shape(recording: RecordedPhoto, photo: Photo) -> bool:
     assert recording.width is not None and recording.height is not None
     ratio = (photo.width / photo.height) / (recording.width / recording.height)
     return abs(ratio - 1) < _ASPECT_TOLERANCE

@@ -11,8 +11,8 @@ from functools import partial
 from typing import Any
 
 from ...errors import OutputError, SettingsError
-from ...people import PoseBackend
-from ...pose import backend_named
+from ...pose import backend_named, replays
+from ...pose.recording import Recording
 from ...version import __version__
 from ..store import manifest, parts
 from ..store.damage import damaged_parts
@@ -145,9 +145,9 @@ def _repair(folder: Folder, tell: Callable[[Progress], None]) -> None:
 def _named(paths: Sequence[str], job: Job) -> Search | Sequence[str] | None:
     """Return where photos are named; those that recorded keypoints name where no photo is; None without either."""
     found = search(paths) if paths else None
-    if job.pose.startswith("recorded:") and (found is None or not found.any()):
-        backend: PoseBackend = backend_named(job.pose, job.options)
-        return list(getattr(backend, "photos", ()))
+    if replays(job.pose) and (found is None or not found.any()):
+        backend = backend_named(job.pose, job.options)
+        return list(backend.photos) if isinstance(backend, Recording) else []
     if found is None:
         return None
     if not found.any():

@@ -15,6 +15,7 @@ from ...measure import measure
 from ...people import PoseBackend
 from ...photo import Photo
 from ...pose import PoseOptions, backend_named
+from ...pose.recording import Recording
 from ...scene import Provenance, Scene
 from ...settings import Settings
 from ...version import __version__
@@ -41,12 +42,6 @@ class Job:
     settings: Settings = field(default_factory=Settings)
     with_names: bool = False
     with_gps: bool = False
-
-    @property
-    def names_matter(self) -> bool:
-        """Whether copies of a file may give other results under another name: its keypoints or camera go by name."""
-        table = self.settings.focal.camera_table
-        return "recorded:" in self.pose or (table is not None and any(row.photo for row in table.rows))
 
     def open_photo(self, path: str | Path, name: str) -> Photo:
         """Return the photo at a path, with the metadata that this run may take along; raises PhotoError."""
@@ -80,6 +75,11 @@ class Measurer:
         self.folder = Folder(job.results)
         self.backend: PoseBackend = backend_named(job.pose, job.options)
         self._made_by = Provenance(__version__, self.backend.name, dict(self.backend.models), job.settings.table)
+        table = job.settings.focal.camera_table
+        # Copies of a file may give other results under another name: their keypoints or camera go by name.
+        self._names_matter = isinstance(self.backend, Recording) or (
+            table is not None and any(row.photo for row in table.rows)
+        )
         self._errors: list[str] = []
 
     def run(self, task: Task, tick: Callable[[], None] = lambda: None) -> Finished:
@@ -117,7 +117,7 @@ class Measurer:
 
     def _record(self, item: Item, file: FileState | None, measured: dict[str, Scene]) -> Record:
         """Return the row of a photo; `measured` is what this task measured of files that may have copies."""
-        may_be_copy = (item.twin, item.original_shard) != (None, None) and not self.job.names_matter
+        may_be_copy = (item.twin, item.original_shard) != (None, None) and not self._names_matter
         sha256 = _sha256(item) if may_be_copy else ""
         if sha256 in measured:
             return record_of(measured[sha256].renamed(item.photo), file)
@@ -167,9 +167,8 @@ def _without_name(reason: str, item: Item) -> str:
 @contextmanager
 def _opened(item: Item, backend: PoseBackend, job: Job) -> Generator[Photo]:
     """Yield a photo under its name in the results, fetched for the while where it is behind a URL."""
-    recorded = getattr(backend, "photo", None)
-    if item.location is None and recorded is not None:
-        yield recorded(item.photo)
+    if item.location is None and isinstance(backend, Recording):
+        yield backend.photo(item.photo)
     elif item.location is None:
         raise PhotoError(f"{item.photo}: no file, and the back end {backend.name} has no record of it")
     elif is_url(item.location):

@@ -10,9 +10,9 @@ from typing import Any, cast
 from ...errors import KeypointsError
 from ...files import parse_json, read_text, reason_of
 from . import coco, openpose, own, toolboxes
-from .recording import Recording, naming, refuse_fractions
+from .recording import RecordedPhoto, naming, refuse_fractions
 
-__all__ = ["Recording", "Recordings", "read"]
+__all__ = ["RecordedPhoto", "Recordings", "read"]
 
 _KINDS = (
     "our own, COCO annotations or results, OpenPose, MMPose, ViTPose and Ultralytics files are known; "
@@ -24,7 +24,7 @@ _KINDS = (
 class Recordings:
     """All that a file or folder says. lists_empty: whether a photo without anybody would be in it too."""
 
-    photos: tuple[Recording, ...]
+    photos: tuple[RecordedPhoto, ...]
     lists_empty: bool = True
 
 

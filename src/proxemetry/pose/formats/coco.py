@@ -10,13 +10,13 @@ import numpy as np
 
 from ...errors import KeypointsError
 from ...people import People
-from .recording import Person, Recording, by_count, checked, naming, people_of, person_of, renamed, size_of
+from .recording import Person, RecordedPhoto, by_count, checked, naming, people_of, person_of, renamed, size_of
 
 #: An annotator's word for a joint as a score: 1 is "there, but hidden", placed by guess; 2 is "seen".
 _VISIBILITY_SCORES = np.array([0.0, 0.5, 1.0])
 
 
-def read_annotations(where: str, content: Mapping[str, Any]) -> list[Recording]:
+def read_annotations(where: str, content: Mapping[str, Any]) -> list[RecordedPhoto]:
     """Return the photos of a COCO annotation file; crowds are left out. Raises KeypointsError naming the entry."""
     persons: dict[str, list[Person]] = {}  # an id may be a number in one place and text in another
     for number, image in enumerate(content["images"]):
@@ -37,16 +37,16 @@ def read_annotations(where: str, content: Mapping[str, Any]) -> list[Recording]:
                 found.append(_annotated(entry))
     if strangers and strangers == len(content["annotations"]):
         raise KeypointsError(f"{where}: no annotation's image_id is among the images' ids")
-    answer: list[Recording] = []
+    answer: list[RecordedPhoto] = []
     for number, image in enumerate(content["images"]):
         with naming(f"{where}, images[{number}]"):
             width, height = size_of(image)
             people = _people(persons[str(image["id"])], names)
-            answer.append(Recording(str(image["file_name"]), people, width, height))
+            answer.append(RecordedPhoto(str(image["file_name"]), people, width, height))
     return answer
 
 
-def read_results(where: str, content: Sequence[Mapping[str, Any]]) -> list[Recording]:
+def read_results(where: str, content: Sequence[Mapping[str, Any]]) -> list[RecordedPhoto]:
     """Return the photos of a COCO results file, by image id or by name where the ids are names.
 
     Photos without anybody do not occur in such a file. Raises KeypointsError naming the entry.
@@ -58,11 +58,11 @@ def read_results(where: str, content: Sequence[Mapping[str, Any]]) -> list[Recor
             if not isinstance(identity, int | str):
                 raise KeypointsError(f"image_id {identity!r} is neither a number nor a name")
             persons[identity].append(person_of(entry["keypoints"], entry.get("score"), _box(entry)))
-    answer: list[Recording] = []
+    answer: list[RecordedPhoto] = []
     for identity, found in persons.items():
         with naming(f"{where}, image_id {identity}"):
             number = int(identity) if str(identity).isdecimal() else None
-            answer.append(Recording(str(identity), _people(found, None), number=number))
+            answer.append(RecordedPhoto(str(identity), _people(found, None), number=number))
     return answer
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from ...errors import KeypointsError
 from ...people.skeleton import BODY_25, COCO_17, Skeleton
-from .recording import Person, Recording, naming, people_of, person_of
+from .recording import Person, RecordedPhoto, naming, people_of, person_of
 
 ENDING = "_keypoints.json"
 
@@ -22,7 +22,7 @@ _COCO_18 = (
 _FROM_18 = np.array([_COCO_18.index(joint) for joint in COCO_17.joints])
 
 
-def read_openpose(where: str, photo: str, content: Mapping[str, Any]) -> Recording:
+def read_openpose(where: str, photo: str, content: Mapping[str, Any]) -> RecordedPhoto:
     """Return the people of one file; raises KeypointsError naming the person."""
     persons: list[Person] = []
     skeleton: Skeleton = BODY_25
@@ -37,7 +37,7 @@ def read_openpose(where: str, photo: str, content: Mapping[str, Any]) -> Recordi
                 skeleton, person = COCO_17, Person(person.keypoints[_FROM_18], person.scores[_FROM_18])
             persons.append(person)
     with naming(where):
-        return Recording(photo, people_of(skeleton, persons))
+        return RecordedPhoto(photo, people_of(skeleton, persons))
 
 
 def _refuse_fractions(person: Person) -> None:

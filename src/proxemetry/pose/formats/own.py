@@ -8,14 +8,14 @@ from typing import Any
 from ...camera import Camera, FocalSource, Source
 from ...errors import KeypointsError
 from ...people.skeleton import skeleton_named
-from .recording import Recording, naming, people_of, person_of, size_of
+from .recording import RecordedPhoto, naming, people_of, person_of, size_of
 
 
-def read_own(where: str, content: Mapping[str, Any]) -> list[Recording]:
+def read_own(where: str, content: Mapping[str, Any]) -> list[RecordedPhoto]:
     """Return the photos of `{"skeleton": ..., "images": [...]}`; raises KeypointsError naming the entry."""
     with naming(where):
         skeleton = skeleton_named(str(content["skeleton"]))
-    answer: list[Recording] = []
+    answer: list[RecordedPhoto] = []
     for number, entry in enumerate(content["images"]):
         with naming(f"{where}, images[{number}]"):
             name = entry["filename"]
@@ -27,7 +27,7 @@ def read_own(where: str, content: Mapping[str, Any]) -> list[Recording]:
                 for person in entry.get("people", [])
             ]
             camera = _camera(entry.get("camera"), width, height)
-            answer.append(Recording(name, people_of(skeleton, persons), width, height, camera))
+            answer.append(RecordedPhoto(name, people_of(skeleton, persons), width, height, camera))
     return answer
 
 

@@ -35,7 +35,7 @@ def shortened(value: object) -> str:
 
 
 @dataclass(frozen=True, eq=False)
-class Recording:
+class RecordedPhoto:
     """The people of one photo as a file gives them.
 
     photo: its name, without its ending where the file does not say it. people: in pixels of a photo of width x height,
@@ -157,7 +157,7 @@ def by_count(persons: Sequence[Person]) -> tuple[Skeleton, list[Person]]:
     return skeleton, cut
 
 
-def refuse_fractions(recording: Recording) -> None:
+def refuse_fractions(recording: RecordedPhoto) -> None:
     """Raise KeypointsError where pixels are fractions of a size that is not stated, as many tools can write them."""
     if recording.width == 1:
         return

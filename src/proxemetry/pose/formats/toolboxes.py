@@ -10,10 +10,10 @@ import numpy as np
 
 from ...errors import KeypointsError
 from ...people import People
-from .recording import Person, Recording, by_count, checked, naming, people_of, person_of, renamed
+from .recording import Person, RecordedPhoto, by_count, checked, naming, people_of, person_of, renamed
 
 
-def read_mmpose(where: str, photo: str, content: Any) -> Recording:
+def read_mmpose(where: str, photo: str, content: Any) -> RecordedPhoto:
     """Return the people of an MMPose prediction: a list of instances, or `instance_info` with one frame."""
     names: Sequence[str] | None = None
     with naming(where):
@@ -32,10 +32,10 @@ def read_mmpose(where: str, photo: str, content: Any) -> Recording:
             scores = entry.get("keypoint_scores", entry.get("scores"))
             persons.append(_instance(entry["keypoints"], scores, entry.get("bbox"), entry.get("bbox_score")))
     with naming(where):
-        return Recording(photo, _people(persons, names))
+        return RecordedPhoto(photo, _people(persons, names))
 
 
-def read_easy_vitpose(where: str, photo: str, content: Mapping[str, Any]) -> Recording:
+def read_easy_vitpose(where: str, photo: str, content: Mapping[str, Any]) -> RecordedPhoto:
     """Return the people of an easy_ViTPose file, whose rows are y, x, score and whose joints are named."""
     with naming(where):
         frames, joints = content["keypoints"], content["skeleton"]
@@ -43,24 +43,24 @@ def read_easy_vitpose(where: str, photo: str, content: Mapping[str, Any]) -> Rec
             raise KeypointsError(f"{len(frames)} frames are a video, not a photo")
         names = [joints[key] for key in sorted(joints, key=int)]
         persons = [person_of(np.asarray(rows, dtype=float)[:, [1, 0, 2]]) for rows in frames[0].values()]
-        return Recording(photo, _people(persons, names))
+        return RecordedPhoto(photo, _people(persons, names))
 
 
-def read_preds(where: str, content: Mapping[str, Any]) -> list[Recording]:
+def read_preds(where: str, content: Mapping[str, Any]) -> list[RecordedPhoto]:
     """Return the photos of the original ViTPose's and MMPose 0.x's dump: `preds` and `image_paths` row by row."""
     persons: dict[str, list[Person]] = defaultdict(list)
     with naming(where):
         scores = content.get("scores") or [None] * len(content["preds"])
         for rows, path, score in zip(content["preds"], content["image_paths"], scores, strict=True):
             persons[str(path)].append(person_of(rows, score))
-    answer: list[Recording] = []
+    answer: list[RecordedPhoto] = []
     for path, found in persons.items():
         with naming(f"{where}, {path}"):
-            answer.append(Recording(path, _people(found, None)))
+            answer.append(RecordedPhoto(path, _people(found, None)))
     return answer
 
 
-def read_ultralytics(where: str, photo: str, content: Sequence[Mapping[str, Any]]) -> Recording:
+def read_ultralytics(where: str, photo: str, content: Sequence[Mapping[str, Any]]) -> RecordedPhoto:
     """Return the people of Ultralytics' `to_json()`; detections without keypoints are no people."""
     persons: list[Person] = []
     for number, entry in enumerate(content):
@@ -73,10 +73,10 @@ def read_ultralytics(where: str, photo: str, content: Sequence[Mapping[str, Any]
             corners = [box[side] for side in ("x1", "y1", "x2", "y2")]
             persons.append(person_of(rows, entry.get("confidence"), corners))
     with naming(where):
-        return Recording(photo, _people(persons, None))
+        return RecordedPhoto(photo, _people(persons, None))
 
 
-def read_ultralytics_text(where: str, photo: str, text: str) -> Recording:
+def read_ultralytics_text(where: str, photo: str, text: str) -> RecordedPhoto:
     """Return the people of Ultralytics' `save_txt`: class, box and keypoints as fractions, confidence last if saved."""
     persons: list[Person] = []
     for number, line in enumerate(filter(None, (line.strip() for line in text.splitlines())), start=1):
@@ -90,7 +90,7 @@ def read_ultralytics_text(where: str, photo: str, text: str) -> Recording:
             box = [x - width / 2, y - height / 2, x + width / 2, y + height / 2]
             persons.append(person_of(rest, confidence, box))
     with naming(where):
-        return Recording(photo, _people(persons, None), 1.0, 1.0)
+        return RecordedPhoto(photo, _people(persons, None), 1.0, 1.0)
 
 
 def _instance(keypoints: Any, scores: Any, box: Any, score: Any) -> Person:
