@@ -72,29 +72,65 @@ def _owner(path):
     return path.relative_to(SOURCE).parts[0].removesuffix(".py")
 
 
+def _name(path):
+    """Return a module's dotted name below the package, "" for the package itself."""
+    parts = path.relative_to(SOURCE).with_suffix("").parts
+    return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+
+
+NAMES = {_name(path) for path in SOURCE.rglob("*.py")}
+
+
 def _imported(path):
-    """Yield the top-level modules of the package that a file imports, wherever in the file."""
+    """Return the modules of the package that a file imports, wherever in the file, by their dotted names."""
     package = ("proxemetry", *path.relative_to(SOURCE).parts[:-1])
-    for node in ast.walk(ast.parse(path.read_text())):
+    found = set()
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         if isinstance(node, ast.Import):
-            names = [alias.name for alias in node.names]
+            targets = [alias.name for alias in node.names]
         elif isinstance(node, ast.ImportFrom):
             base = package[: len(package) - node.level + 1] if node.level else ()
             stem = ".".join((*base, *filter(None, [node.module])))
-            names = [f"{stem}.{alias.name}" for alias in node.names] if stem == "proxemetry" else [stem]
+            targets = [f"{stem}.{alias.name}" for alias in node.names]  # a module of that name, or a name in `stem`
         else:
             continue
-        for name in names:
-            parts = name.split(".")
-            if parts[0] == "proxemetry" and len(parts) > 1 and not parts[1].startswith("__"):
-                yield parts[1]
+        for target in targets:
+            parts = target.split(".")
+            if parts[0] == "proxemetry":
+                longest = (".".join(parts[1:end]) for end in range(len(parts), 0, -1))
+                found.add(next(name for name in longest if name in NAMES))
+    return found - {_name(path)}
+
+
+def _circles(graph):
+    """Return the groups of modules each of which reaches all the others of its group."""
+
+    def reached(start):
+        seen, waiting = set(), [start]
+        while waiting:
+            new = graph[waiting.pop()] - seen
+            seen |= new
+            waiting += new
+        return seen
+
+    reach = {name: reached(name) for name in graph}
+    return sorted({tuple(sorted(o for o in reach[n] if n in reach[o])) for n in graph if n in reach[n]})
+
+
+def test_no_module_imports_itself_by_a_detour():
+    assert _circles({"a": {"b"}, "b": {"c"}, "c": {"a"}, "d": {"a"}}) == [("a", "b", "c")]
+    graph = {
+        _name(path): {name for name in _imported(path) if (_owner(path), name.split(".")[0]) not in SHORTCUTS}
+        for path in SOURCE.rglob("*.py")
+    }
+    assert _circles(graph) == []
 
 
 @pytest.mark.parametrize("path", _modules(), ids=lambda p: str(p.relative_to(SOURCE)))
 def test_imports_point_upwards(path):
     owner = _owner(path)
     assert owner in LEVEL, f"{owner} has no place in LAYERS"
-    for imported in set(_imported(path)) - {owner}:
+    for imported in {name.split(".")[0] for name in _imported(path)} - {owner}:
         assert imported in LEVEL, f"{imported} has no place in LAYERS"
         upwards = LEVEL[imported] < LEVEL[owner]
         assert upwards or (owner, imported) in SHORTCUTS, f"{owner} must not import {imported}"

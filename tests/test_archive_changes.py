@@ -14,6 +14,7 @@ from proxemetry.archive.figures import overlays
 from proxemetry.archive.review.corrections import FILE, Log
 from proxemetry.archive.run import manifest_update as newcomers
 from proxemetry.archive.run.run import run
+from proxemetry.archive.run.schedule import Note
 from proxemetry.archive.run.work import Job
 from proxemetry.archive.store import manifest, parts
 from proxemetry.archive.store.file_state import FileState
@@ -39,9 +40,10 @@ def rows(out, name="photos"):
 
 def go_on(photos, out, **options):
     """Run again; return how often a photo was measured, what was told, and the outcome."""
-    notes, before = [], small_photos.COUNT["calls"]
-    outcome = run([str(photos)], job(out), jobs=0, tell=lambda p: notes.append(p.note), **options)
-    return small_photos.COUNT["calls"] - before, [n for n in notes if n], outcome
+    steps, before = [], small_photos.COUNT["calls"]
+    outcome = run([str(photos)], job(out), jobs=0, on_progress=steps.append, **options)
+    notes = [step.text for step in steps if isinstance(step, Note)]
+    return small_photos.COUNT["calls"] - before, notes, outcome
 
 
 @pytest.fixture(autouse=True)

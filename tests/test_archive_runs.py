@@ -239,7 +239,9 @@ def test_photos_that_came_later_are_found_while_others_are_measured(tmp_path):
     for number in range(60, 64):
         write_photo(photos / "late" / f"{number}.jpg", number)
     totals = []
-    outcome = run([str(photos)], job(tmp_path / "out"), jobs=2, tell=lambda p: totals.append(p.total))
+    outcome = run(
+        [str(photos)], job(tmp_path / "out"), jobs=2, on_progress=lambda step: totals.append(getattr(step, "total", 0))
+    )
     assert outcome.complete
     assert outcome.photos == 10
     assert totals[-1] == outcome.measured.photos == 7

@@ -23,6 +23,7 @@ from proxemetry.benchmark import (
     score_files,
     write_predictions,
 )
+from proxemetry.benchmark.figures import plot_score, plot_table
 from proxemetry.benchmark.metrics import error_by_distance, f1, zone_confusion
 from proxemetry.benchmark.report import comparison, to_text
 from proxemetry.benchmark.scenes import prediction_of
@@ -109,7 +110,7 @@ def test_every_table_in_every_form(perfect: dict[str, Score], name: str) -> None
     assert r"other\_one" in latex
     assert "with errata" in latex
     pytest.importorskip("matplotlib")
-    assert len(table.plot().axes) == 1
+    assert len(plot_table(table).axes) == 1
 
 
 @needs_korte
@@ -150,7 +151,7 @@ def test_score_file_has_the_fields_promised(perfect: dict[str, Score]) -> None:
 @needs_korte
 def test_scores_are_drawn(perfect: dict[str, Score], tmp_path: Path) -> None:
     pytest.importorskip("matplotlib")
-    figure = perfect["v1"].plot()
+    figure = plot_score(perfect["v1"])
     figure.savefig(tmp_path / "score.svg")
     assert len(figure.axes) == 2
 
@@ -160,7 +161,7 @@ def test_a_drawing_says_what_it_cuts_off_and_the_constant_answer_errs_as_it_does
     pytest.importorskip("matplotlib")
     labels = read_labels(KORTE)
     result = score(labels, Predictions(predict_labels(labels, Settings(method="torso")), "torso"))
-    left, right = result.plot().axes
+    left, right = plot_score(result).axes
     errors = np.concatenate([abs(i.estimated_mm - i.true_mm) / i.true_mm for i in result.images])
     assert [t.get_text() for t in right.texts] == [f"{(errors > 1).sum()} above"]
     estimated = np.concatenate([i.estimated_mm for i in result.images]) / 1000

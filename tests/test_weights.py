@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import http.server
 import io
+import os
 import tarfile
 import threading
 import zipfile
@@ -15,6 +16,7 @@ import pytest
 from proxemetry import weights
 from proxemetry.errors import ModelError, SettingsError
 from proxemetry.weights import Model, fetching, table
+from proxemetry.weights import cache as cache_module
 
 CONTENT = bytes(range(256)) * 400
 SHA256 = hashlib.sha256(CONTENT).hexdigest()
@@ -286,11 +288,11 @@ def test_a_shared_read_only_cache_serves_beside_ones_own(tmp_path, monkeypatch):
     shared, own = tmp_path / "shared", tmp_path / "own"
     shared.mkdir()
     (shared / "net.onnx").write_bytes(CONTENT)
-    monkeypatch.setattr(weights.os, "access", lambda path, mode: Path(path) != shared)
-    monkeypatch.setenv("PROXEMETRY_CACHE", f"{shared}{weights.os.pathsep}{own}")
+    monkeypatch.setattr(cache_module.os, "access", lambda path, mode: Path(path) != shared)
+    monkeypatch.setenv("PROXEMETRY_CACHE", f"{shared}{os.pathsep}{own}")
     _model(monkeypatch)
     assert weights.verify("net").path == shared / "net.onnx"
-    assert weights.writable_folder() == own
+    assert cache_module.writable_folder() == own
 
 
 def test_a_wheel_gives_all_its_networks_at_once(cache, tmp_path, monkeypatch):

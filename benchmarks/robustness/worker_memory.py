@@ -23,7 +23,7 @@ from PIL import Image, ImageOps
 
 from benchmarks.speed.recorded_archive import write_keypoints, write_photos
 from proxemetry.archive.run.run import run
-from proxemetry.archive.run.schedule import Progress
+from proxemetry.archive.run.schedule import Note, Progress
 from proxemetry.archive.run.work import Job
 from proxemetry.photo import EXTENSIONS
 from proxemetry.pose import PoseOptions
@@ -80,9 +80,10 @@ def _watch(photos: Path, job: Job, count: int) -> None:
     held: list[tuple[int, float]] = []
     started = time.monotonic()
 
-    def tell(progress: Progress) -> None:
+    def on_progress(progress: Progress | Note) -> None:
         if (
-            not progress.done
+            isinstance(progress, Note)
+            or not progress.done
             or (progress.done % every and progress.done != count)
             or (held and held[-1][0] == progress.done)
         ):
@@ -96,7 +97,7 @@ def _watch(photos: Path, job: Job, count: int) -> None:
             flush=True,
         )
 
-    outcome = run([str(photos)], job, jobs=1, tell=tell)
+    outcome = run([str(photos)], job, jobs=1, on_progress=on_progress)
     early = [mb for done, mb in held if done <= max(count / 10, held[0][0])]
     late = [mb for done, mb in held if done >= count * 0.9]
     print(

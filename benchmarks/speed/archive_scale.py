@@ -24,9 +24,10 @@ from pathlib import Path
 from benchmarks.speed.recorded_archive import name_of, write_keypoints
 from proxemetry.archive.run import manifest_update as newcomers
 from proxemetry.archive.run.run import run
-from proxemetry.archive.run.schedule import Progress
+from proxemetry.archive.run.schedule import Note, Progress
 from proxemetry.archive.run.work import Job
 from proxemetry.archive.store import manifest, parts
+from proxemetry.archive.store.duck import connection, quoted
 from proxemetry.archive.store.file_state import FileState
 from proxemetry.archive.store.folder import RUN_FILE, Folder
 from proxemetry.archive.store.photos import find_photos
@@ -59,12 +60,12 @@ def _job(root: Path) -> Job:
 def _resume(root: Path) -> None:
     """Go on with the run until its first photo is measured, and say when that was."""
 
-    def tell(progress: Progress) -> None:
-        if progress.done:
+    def on_progress(progress: Progress | Note) -> None:
+        if isinstance(progress, Progress) and progress.done:
             print(time.time(), os.times().user + os.times().system, flush=True)
             os._exit(0)  # workers notice that their pipe is closed
 
-    run([str(root / "photos")], _job(root), jobs=1, tell=tell)
+    run([str(root / "photos")], _job(root), jobs=1, on_progress=on_progress)
 
 
 def _measure(root: Path, count: int) -> None:
@@ -136,7 +137,7 @@ def _make(root: Path, count: int) -> None:
 
 def _copy_parts(template: Path, folder: Folder, listed: manifest.Manifest, metadata: dict[str, str]) -> None:
     """Write the template's rows under the names of every shard."""
-    duck = parts.connection()
+    duck = connection()
     # Numbers that repeat would be read in no time: every pair gets its own.
     noise = "(hash(names.photo, p.person_a, p.person_b) % 1000003) / 1000003.0"
     numbers = ", ".join(
@@ -151,7 +152,7 @@ def _copy_parts(template: Path, folder: Folder, listed: manifest.Manifest, metad
         "CREATE TEMP TABLE rows AS SELECT *, row_number() OVER (ORDER BY photo) AS place FROM "
         f"read_parquet('{template}/scenes/*.parquet')"
     )
-    pairs = ", ".join(f"{key}: {parts.quoted(value)}" for key, value in metadata.items())
+    pairs = ", ".join(f"{key}: {quoted(value)}" for key, value in metadata.items())
     (Path(folder.location) / "scenes").mkdir(exist_ok=True)
     for shard in range(listed.n_shards):
         items = listed.items(shard)

@@ -26,7 +26,7 @@ from typing import Any
 
 from proxemetry.archive.run import pool
 from proxemetry.archive.run.run import run
-from proxemetry.archive.run.schedule import Progress
+from proxemetry.archive.run.schedule import Note, Progress
 from proxemetry.archive.run.work import Job, Measurer
 from proxemetry.photo import EXTENSIONS, Photo
 from proxemetry.pose import PoseOptions
@@ -93,13 +93,13 @@ def _rate(photos: Path, job: Job, jobs: int, own_threads: bool) -> tuple[float, 
     """Return photos per second, and the workers' processor seconds a photo; starting and loading are not in them."""
     seen: list[tuple[float, float, int]] = []
 
-    def tell(progress: Progress) -> None:
-        if not seen or progress.done > seen[-1][2]:
+    def on_progress(progress: Progress | Note) -> None:
+        if isinstance(progress, Progress) and (not seen or progress.done > seen[-1][2]):
             seen.append((time.perf_counter(), _processor(), progress.done))
 
     if own_threads:
         pool.quiet_threads = lambda job: job
-    run([str(photos)], job, jobs=jobs, tell=tell)
+    run([str(photos)], job, jobs=jobs, on_progress=on_progress)
     total = seen[-1][2]
     start = next(i for i, (_, _, done) in enumerate(seen) if done >= total / 10)
     # The last photos leave workers idle one by one: the end is when the first of them had nothing more to do.

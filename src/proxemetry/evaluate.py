@@ -25,7 +25,7 @@ from .scene import Scene
 from .settings import Settings
 
 if TYPE_CHECKING:
-    from .archive.run.schedule import Progress
+    from .archive.run.schedule import Note, Progress
 
 #: Both cameras of KORTE have this sensor (Seker et al. 2021, section 3.2); synthetic photos are made with it.
 SENSOR_WIDTH_MM = 36.0
@@ -69,20 +69,20 @@ def predict_photos(
     *,
     pose: str = "auto",
     jobs: int | None = None,
-    tell: Callable[[Progress], None] = lambda _: None,
+    on_progress: Callable[[Progress | Note], None] = lambda _: None,
 ) -> dict[str, Predictions]:
     """Find the people of a folder of photos, and return the answers of each named method.
 
     images: None where `pose` is recorded keypoints, which need no photos.
     The results folder `out` keeps a run with default settings, whatever the methods: a run that was stopped goes on,
-    people are looked for once, and each method places the same people. Corrections by hand do not count. `tell` hears
-    of the run's progress. Raises what `archive.run` raises.
+    people are looked for once, and each method places the same people. Corrections by hand do not count. on_progress is
+    called with every step of the run. Raises what `archive.run` raises.
     """
     from .archive.run.run import run
     from .archive.run.work import Job
     from .archive.store.results import Results
 
-    run([str(images)] if images else [], Job(str(out), pose), jobs=jobs, tell=tell)
+    run([str(images)] if images else [], Job(str(out), pose), jobs=jobs, on_progress=on_progress)
     scenes = list(Results.open(str(out)).scenes(corrected=False))
     return {
         method: Predictions(

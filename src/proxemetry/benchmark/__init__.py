@@ -10,7 +10,9 @@ from .image_score import ImageScore
 from .labels import LabelImage, Labels, Mark, read_labels
 from .metrics import Summary, error_by_distance, f1, summarise, zone_confusion
 from .paired import Difference, difference
-from .predictions import Prediction, Predictions, read_predictions, write_predictions
+from .prediction_file import write_predictions
+from .predictions import Prediction, Predictions
+from .reading import read_predictions
 from .scores import DEFAULT_PROTOCOL, PROTOCOLS, Group, Score, score, score_files
 
 __all__ = [

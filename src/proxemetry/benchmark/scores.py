@@ -9,17 +9,15 @@ import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from ..errors import LabelsError, SettingsError
 from . import seker2021, v1
 from .image_score import ImageScore
 from .labels import LabelImage, Labels, read_labels
 from .metrics import Summary, summarise
-from .predictions import Predictions, read_predictions
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+from .predictions import Predictions
+from .reading import read_predictions
 
 
 @dataclass(frozen=True)
@@ -102,12 +100,6 @@ class Score:
         writer.writeheader()
         writer.writerows(rows)
         return output.getvalue()
-
-    def plot(self) -> Figure:
-        """Draw estimated over true distance, and the error over the true distance (the paper's figure)."""
-        from .figures import plot_score
-
-        return plot_score(self)
 
 
 def score(labels: Labels, predictions: Predictions, protocol: str = DEFAULT_PROTOCOL) -> Score:

@@ -13,15 +13,11 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from importlib.resources import files
-from typing import TYPE_CHECKING
 
 from ..errors import SettingsError
 from .labels import LabelImage
 from .metrics import F1_THRESHOLDS_M, Summary
 from .scores import Score
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 #: Table -> what it shows.
 TABLES = {
@@ -108,12 +104,6 @@ class Table:
             rf"\begin{{tabular}}{{l{'r' * (len(header) - 1)}}}", r"\toprule", " & ".join(header) + r" \\",
             r"\midrule", *lines, r"\bottomrule", r"\end{tabular}", r"\end{table}",
         ]) + "\n"  # fmt: skip
-
-    def plot(self) -> Figure:
-        """Draw the values by row, the published ones hollow."""
-        from .figures import plot_table
-
-        return plot_table(self)
 
     def _grid(self, nothing: str) -> list[list[str]]:
         columns = self.columns()

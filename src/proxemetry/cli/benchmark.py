@@ -101,7 +101,7 @@ def _measured(args: argparse.Namespace, settings: dict[str, Settings]) -> dict[s
         )
     pose = f"recorded:{args.keypoints}" if args.keypoints else args.pose
     with Reporter() as reporter:
-        return predict_photos(args.images, args.out, settings, pose=pose, jobs=args.jobs, tell=reporter)
+        return predict_photos(args.images, args.out, settings, pose=pose, jobs=args.jobs, on_progress=reporter)
 
 
 def _methods(names: str) -> list[str]:

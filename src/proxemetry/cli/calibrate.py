@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import math
 import sys
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -16,9 +15,10 @@ from ..camera import Camera, Mount
 from ..camera.focal import FocalRequest, estimate_camera
 from ..camera.mount import STATED_ANGLE_SD_RAD
 from ..errors import CameraError, PhotoError, SettingsError
-from ..photo import EXTENSIONS, Photo
+from ..photo import Photo
 from . import DONE
 from .camera_options import add_camera_options, focal_request, number
+from .named_pictures import FPS, first_photos
 
 _EXAMPLES = """examples:
   proxemetry calibrate frame.jpg --points points.csv --out camera.json     four points of the floor or more: the best
@@ -33,9 +33,6 @@ lie right. Then: proxemetry measure photos --out results --mount camera.json
 """
 #: How well the principal point of a camera is known that nobody calibrated, of the picture's long side.
 PRINCIPAL_REL_SD = 0.01
-CLIPS = (".avi", ".mp4", ".mov", ".m4v", ".mkv", ".webm", ".mts", ".mpg", ".mpeg")
-#: Frames a second of a clip that are looked at, and how many at most.
-FPS, MOST_FRAMES = 5.0, 600
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -224,43 +221,6 @@ def _picture(args: argparse.Namespace) -> Picture:
     if args.size is None:
         raise SettingsError("give a photo or a clip of the camera, or --size WxH: pixels mean nothing without it")
     return Picture(None, *args.size)
-
-
-def first_photos(paths: list[str]) -> Iterator[Photo]:
-    """Yield the photos that paths name, clips' first frames among them; raises PhotoError where one is not there."""
-    for path in map(Path, paths):
-        if path.suffix.lower() in CLIPS:
-            yield next(frames_of(path, 1.0))[1]
-        elif path.is_dir():
-            yield from (Photo.open(p) for p in sorted(path.rglob("*")) if p.suffix.lower() in EXTENSIONS)
-        else:
-            yield Photo.open(path)
-
-
-def frames_of(path: Path, fps: float) -> Iterator[tuple[float, Photo]]:
-    """Yield time in seconds and picture of a clip's frames, so many a second; raises PhotoError for no clip."""
-    import cv2
-
-    capture = cv2.VideoCapture(str(path))
-    due, number = 0.0, 0
-    try:
-        while capture.grab():
-            now = capture.get(cv2.CAP_PROP_POS_MSEC) / 1000
-            if now + 1e-6 >= due:
-                ok, pixels = capture.retrieve()
-                if ok:
-                    due = max(due, now) + 1 / fps - 1e-3
-                    number += 1
-                    yield (
-                        now,
-                        Photo.from_array(
-                            np.ascontiguousarray(pixels[:, :, ::-1], dtype=np.uint8), f"{path.name}#t={now:.3f}"
-                        ),
-                    )
-    finally:
-        capture.release()
-    if not number:
-        raise PhotoError(f"{path}: no clip that can be read")
 
 
 def _draw(mount: Mount, picture: Picture, out: Path, marks: np.ndarray | None) -> Path | None:

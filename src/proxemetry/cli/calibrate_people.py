@@ -15,7 +15,7 @@ from ..people import People, PoseBackend
 from ..photo import Photo
 from ..pose import backend_named
 from ..pose.recorded import Recorded
-from .calibrate import CLIPS, FPS, MOST_FRAMES, first_photos, frames_of
+from .named_pictures import CLIPS, FPS, MOST_FRAMES, first_photos, frames_of
 
 #: Frames are linked together so many at a time: what is kept of a clip that never ends.
 _AT_ONCE = 200

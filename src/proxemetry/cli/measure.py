@@ -145,7 +145,7 @@ def run(args: argparse.Namespace) -> int:
         with Reporter() as reporter:
             outcome = run_archive(
                 args.paths, job, jobs=args.jobs, engine=args.engine, shard=args.shard, restart=args.restart,
-                repair=args.repair,                 safe_distance_m=args.safe_distance, tell=reporter,
+                repair=args.repair, safe_distance_m=args.safe_distance, on_progress=reporter,
             )  # fmt: skip
         return _finish(args, outcome)
     except KeyboardInterrupt:

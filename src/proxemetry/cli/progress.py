@@ -7,7 +7,7 @@ import time
 from types import TracebackType
 from typing import Any
 
-from ..archive.run.schedule import Progress
+from ..archive.run.schedule import Note, Progress
 
 _SECONDS_BETWEEN_LINES = 30.0
 
@@ -31,10 +31,10 @@ class Reporter:
         elif self._started and self._last.total and not sys.stderr.isatty():
             self._say()
 
-    def __call__(self, progress: Progress) -> None:
+    def __call__(self, progress: Progress | Note) -> None:
         """Show one step."""
-        if progress.note:
-            self._write(f"proxemetry: {progress.note}")
+        if isinstance(progress, Note):
+            self._write(f"proxemetry: {progress.text}")
             return
         if not self._started:
             self._started = self._said = time.monotonic()

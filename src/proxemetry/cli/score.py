@@ -8,6 +8,7 @@ from pathlib import Path
 
 from ..benchmark import DEFAULT_PROTOCOL, PROTOCOLS, Score, score_files
 from ..benchmark.check import check_labels
+from ..benchmark.figures import plot_score, plot_table
 from ..benchmark.report import comparison, to_text
 from ..benchmark.tables import TABLES, make_table
 from ..errors import OutputError, SettingsError
@@ -93,7 +94,7 @@ def show(scores: dict[str, Score], args: argparse.Namespace) -> None:
         table = make_table(args.table, scores)
         print({"text": table.to_text, "csv": table.to_csv, "latex": table.to_latex}[args.format](), end="")
         if args.plot:
-            _write_figure(args.plot, table.plot())
+            _write_figure(args.plot, plot_table(table))
     else:
         for name, score in scores.items():
             print((f"{name}: " if len(scores) > 1 else "") + to_text(score))
@@ -105,7 +106,7 @@ def show(scores: dict[str, Score], args: argparse.Namespace) -> None:
     if args.csv:
         _write(args.csv, score.to_csv())
     if args.plot and not args.table:
-        _write_figure(args.plot, score.plot())
+        _write_figure(args.plot, plot_score(score))
 
 
 def _write(path: str, text: str) -> None:

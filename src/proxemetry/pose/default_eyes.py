@@ -13,7 +13,8 @@ from pathlib import Path
 
 from .. import weights
 from ..errors import ModelError, SettingsError
-from . import BACKENDS, is_available
+from ..weights.cache import writable_folder
+from .registry import BACKENDS, is_available
 
 _LOG = logging.getLogger("proxemetry")
 _RECORD = "default-eyes.json"
@@ -84,7 +85,7 @@ def _have(name: str, *, offline: bool, say: Say, progress: weights.Progress | No
 
 def _write_down(name: str) -> None:
     try:
-        folder = weights.writable_folder()
+        folder = writable_folder()
         temporary = folder / f".{_RECORD}.new"
         temporary.write_text(json.dumps({"pose": name}) + "\n", encoding="utf-8")
         temporary.replace(folder / _RECORD)

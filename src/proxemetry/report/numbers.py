@@ -12,8 +12,8 @@ import numpy as np
 
 from ..archive.figures.grouping import UNKNOWN, sql_of
 from ..archive.figures.summary import Share
+from ..archive.store.duck import attached, quoted
 from ..archive.store.folder import Folder
-from ..archive.store.parts import attached, quoted
 from ..arrays import FloatArray
 from ..distances import ZONE_LIMITS_M, ZONES
 from ..intervals import HALF_WIDTH_SD

@@ -8,15 +8,24 @@ shared). `PROXEMETRY_OFFLINE=1` forbids fetching; `PROXEMETRY_MIRROR` is a web a
 from __future__ import annotations
 
 import logging
-import os
 import shutil
-import tempfile
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
 from pathlib import Path
 
 from ..errors import ModelError
 from ..files import reason_of, sha256_of
+from .cache import (
+    LocatedModel,
+    Progress,
+    cache_folders,
+    folders_text,
+    is_here,
+    is_offline,
+    locate,
+    open_for_placing,
+    parts_are_here,
+    verify,
+)
 from .table import EMBEDDED, EMBEDDED_FINDER, MODELS, Model, model_named
 
 __all__ = [
@@ -24,72 +33,8 @@ __all__ = [
     "if_to_be_had", "is_here", "is_offline", "locate", "model_named", "obtain", "require", "verify",
 ]  # fmt: skip
 
-#: Called while something large is fetched: bytes that are here, and of how many (None where unknown).
-Progress = Callable[[int, int | None], None]
 
 _LOG = logging.getLogger("proxemetry")
-
-
-@dataclass(frozen=True)
-class LocatedModel:
-    """A network's file that is there and whole: its path and its full sha256."""
-
-    model: Model
-    path: Path
-    sha256: str
-
-
-def cache_folders() -> list[Path]:
-    """Return the folders that are searched for networks, in order."""
-    stated = [part for part in os.environ.get("PROXEMETRY_CACHE", "").split(os.pathsep) if part]
-    if stated:
-        return [Path(part).expanduser() for part in stated]
-    from platformdirs import user_cache_path
-
-    return [user_cache_path("proxemetry", appauthor=False) / "models"]
-
-
-def is_offline() -> bool:
-    """Return whether the environment forbids fetching."""
-    return os.environ.get("PROXEMETRY_OFFLINE", "").lower() not in ("", "0", "false", "no")
-
-
-def locate(name: str) -> Path | None:
-    """Return where a network's file lies, unchecked, or None where it is in no cache folder."""
-    model = model_named(name)
-    for folder in cache_folders():
-        if (folder / model.name).is_file():
-            return folder / model.name
-    return None
-
-
-def verify(name: str) -> LocatedModel:
-    """Return a network's file with its hash checked.
-
-    Raises ModelError where it is absent or its content is not what the table, or the record of its first arrival,
-    says.
-    """
-    model = model_named(name)
-    path = locate(model.name)
-    if path is None:
-        raise ModelError(f"{model.name}: not in {_folders_text()}; get it with `proxemetry models {_how(model)}`")
-    try:
-        found, expected = sha256_of(path), _expected_hash(model, path)
-    except OSError as error:
-        raise ModelError(f"{path}: cannot be read ({reason_of(error)})") from error
-    if not found.startswith(expected):
-        raise ModelError(
-            f"{path}: damaged or another file: sha256 is {found}, expected {expected}; "
-            f"delete it and run `proxemetry models {_how(model)}`"
-        )
-    return LocatedModel(model, path, found)
-
-
-def is_here(name: str) -> bool:
-    """Return whether a network runs without fetching: its file, its parts, or the same in another form is here."""
-    model = model_named(name)
-    forms = (model.name, *model.same_as)
-    return any(locate(form) is not None for form in forms) or _parts_are_here(model)
 
 
 def obtain(name: str) -> LocatedModel:
@@ -99,7 +44,7 @@ def obtain(name: str) -> LocatedModel:
     """
     model = model_named(name)
     others = [form for form in model.same_as if locate(form) is not None]
-    if locate(model.name) is None and _parts_are_here(model):
+    if locate(model.name) is None and parts_are_here(model):
         from .making import make
 
         try:
@@ -110,10 +55,6 @@ def obtain(name: str) -> LocatedModel:
     if locate(model.name) is None and others:
         return verify(others[0])
     return verify(model.name)
-
-
-def _parts_are_here(model: Model) -> bool:
-    return model.conversion is not None and all(locate(part) is not None for part in model.conversion.parts)
 
 
 def require(names: Iterable[str], *, may_fetch: bool = False, offline: bool = False) -> dict[str, LocatedModel]:
@@ -171,7 +112,7 @@ def fetch(
     if absent and (offline or is_offline()):
         listed = ", ".join(model.name for model in absent)
         raise ModelError(
-            f"{listed}: not in {_folders_text()}, and fetching is forbidden (offline); "
+            f"{listed}: not in {folders_text()}, and fetching is forbidden (offline); "
             "run `proxemetry models fetch` once with a network"
         )
     if absent:
@@ -202,67 +143,3 @@ def add(file: str | Path, name: str | None = None) -> LocatedModel:
         shutil.copyfile(file, placing.temporary)
         placing.place()
     return verify(model.name)
-
-
-class open_for_placing:  # noqa: N801 - used as a context, like open()
-    """A temporary file in the cache that becomes a network's file, whole and checked, in one step."""
-
-    def __init__(self, model: Model) -> None:
-        self.model = model
-        self.folder = writable_folder()
-        handle, name = tempfile.mkstemp(prefix=f".{model.name}.", dir=self.folder)
-        os.close(handle)
-        self.temporary = Path(name)
-
-    def __enter__(self) -> open_for_placing:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.temporary.unlink(missing_ok=True)
-
-    def place(self) -> None:
-        """Check the temporary file's hash, record it where the table knows a prefix only, and put it in place."""
-        digest = sha256_of(self.temporary)
-        if not digest.startswith(self.model.sha256):
-            raise ModelError(
-                f"{self.model.name}: what arrived has sha256 {digest}, expected {self.model.sha256}; it was not kept"
-            )
-        self.temporary.chmod(0o644)  # temporary files are private, a cache may be shared
-        if not self.model.hash_is_complete:
-            record = self.temporary.with_suffix(".sha256")
-            record.write_text(f"{digest}  {self.model.name}\n")
-            record.replace(_record_path(self.folder / self.model.name))
-        self.temporary.replace(self.folder / self.model.name)
-
-
-def writable_folder() -> Path:
-    """Return the first cache folder that can be written, made where need be; raises ModelError where none can."""
-    for folder in cache_folders():
-        try:
-            folder.mkdir(parents=True, exist_ok=True)
-        except OSError:
-            continue
-        if os.access(folder, os.W_OK):
-            return folder
-    raise ModelError(f"{_folders_text()}: cannot be written; name a folder that can with PROXEMETRY_CACHE")
-
-
-def _record_path(path: Path) -> Path:
-    return path.with_name(path.name + ".sha256")
-
-
-def _expected_hash(model: Model, path: Path) -> str:
-    """Return the whole hash where it is known: from the table, or from the record of the file's first arrival."""
-    record = _record_path(path)
-    if model.hash_is_complete or not record.is_file():
-        return model.sha256
-    recorded = record.read_text().split(maxsplit=1)
-    return recorded[0] if recorded and recorded[0].startswith(model.sha256) else model.sha256
-
-
-def _folders_text() -> str:
-    return os.pathsep.join(str(folder) for folder in cache_folders())
-
-
-def _how(model: Model) -> str:
-    return f"fetch {model.name}" if model.can_be_had else f"add FILE --name {model.name}"

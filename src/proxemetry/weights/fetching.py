@@ -23,7 +23,7 @@ from typing import IO, Any
 from urllib.parse import urlsplit
 
 from ..errors import ModelError
-from . import Progress, is_here, locate, open_for_placing, writable_folder
+from .cache import Progress, is_here, locate, open_for_placing, writable_folder
 from .making import make
 from .table import Model, model_named
 

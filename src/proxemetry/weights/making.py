@@ -6,7 +6,7 @@ import importlib
 from collections.abc import Callable
 
 from ..errors import ModelError
-from . import open_for_placing, verify
+from .cache import open_for_placing, verify
 from .table import Model
 
 

@@ -13,7 +13,7 @@ from ...errors import OutputError, SettingsError
 from ...scene import Scene
 from ...settings import Settings
 from ..run.run import run
-from ..run.schedule import Progress
+from ..run.schedule import Note, Progress
 from ..run.work import Job
 from ..store.results import Results, table_query
 
@@ -75,7 +75,7 @@ def measure_folder(
     settings: Settings | None = None,
     jobs: int | None = None,
     restart: bool = False,
-    on_progress: Callable[[Progress], None] = lambda _: None,
+    on_progress: Callable[[Progress | Note], None] = lambda _: None,
 ) -> ResultsFrames:
     """Measure photos, folders or globs into a results folder, as `proxemetry measure` does, and return its tables.
 
@@ -84,5 +84,5 @@ def measure_folder(
     """
     named = [photos] if isinstance(photos, str | Path) else photos
     job = Job(str(out), pose, settings=settings or Settings())
-    run([str(photo) for photo in named], job, jobs=jobs, restart=restart, tell=on_progress)
+    run([str(photo) for photo in named], job, jobs=jobs, restart=restart, on_progress=on_progress)
     return read_results(out)

@@ -12,7 +12,7 @@ import numpy as np
 from ...arrays import FloatArray, IntArray
 from ...distances import ZONES
 from ...errors import OutputError
-from ..store.parts import attached, quoted
+from ..store.duck import attached, quoted
 from ..store.results import Results
 from .grouping import sql_of
 from .sampling import Estimates, Sample

@@ -12,10 +12,10 @@ from dataclasses import dataclass
 from typing import Any
 
 from ..store import parts
+from ..store.duck import attached
 from ..store.file_state import FileState
 from ..store.folder import Folder, is_url, open_filesystem
 from ..store.manifest import Manifest
-from ..store.parts import attached
 from ..store.photos import locate
 from .background import Beside
 from .manifest_update import Newcomers

@@ -11,10 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import OutputError
+from ..store.duck import attached, quoted
 from ..store.file_state import FileState
 from ..store.folder import Folder, is_url
 from ..store.manifest import SCHEMA, Manifest, name_of, paths, read
-from ..store.parts import attached, finished, measured_files, quoted
+from ..store.parts import finished, measured_files
 from ..store.photos import Listing, Search, locate
 from .background import Beside
 from .duplicates import Copies, Ends, Sizes, copies, ends_of, repeated, sha256_of, sizes_of

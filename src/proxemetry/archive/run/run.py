@@ -25,7 +25,7 @@ from ..store.results import Results, forget, write_run
 from ..store.scratch import sweep_scratch
 from .changed_files import Changes
 from .manifest_update import Newcomers
-from .schedule import Progress, Schedule
+from .schedule import Note, Pass, Progress, Schedule
 from .work import Job
 from .workers import Crew, OwnProcess
 
@@ -60,14 +60,15 @@ def run(
     restart: bool = False,
     repair: bool = False,
     safe_distance_m: float | None = None,
-    tell: Callable[[Progress], None] = lambda _: None,
+    on_progress: Callable[[Progress | Note], None] = lambda _: None,
 ) -> Outcome:
     """Measure photos into the folder `job.results`, going on where an earlier run with the same settings stopped.
 
     paths: photos, folders, globs, URLs; empty for recorded keypoints without photos, or to go on with the photos
     that the folder lists. jobs: worker processes, one a core where None; 0 measures in this process. engine: "local"
     or "ray". shard: (i, n) does only every n-th shard, the i-th from 1. restart: begin anew. repair: measure
-    again what damaged parts hold. tell: hears of progress.
+    again what damaged parts hold. on_progress: is called with
+    every step.
 
     Raises SettingsError, ModelError or KeypointsError where what is asked for cannot be had, OutputError where the
     folder cannot be written or holds results made otherwise.
@@ -83,7 +84,7 @@ def run(
     elif named is None and not folder.exists(RUN_FILE):
         raise SettingsError("no photos named: proxemetry measure PATH... --out DIR")
     if repair:
-        _repair(folder, tell)
+        _repair(folder, on_progress)
     _sweep(folder)
     sweep_scratch()
     crew, newcomers, changes = _crew(job, jobs, engine), None, None
@@ -97,22 +98,22 @@ def run(
         _join(folder, identity, there)
         listed, later = _begun(folder, named, listed, newcomers)
         changes = None if newcomers is None else Changes(folder, newcomers, is_mine)
-        schedule = Schedule(crew, job, folder, listed, identity.metadata(), tell, later, changes, is_mine)
+        schedule = Schedule(crew, job, folder, listed, identity.metadata(), on_progress, later, changes, is_mine)
         if measured := sum(listed.shard_sizes[s] for s in there if s < listed.n_shards):
-            tell(Progress(0, 0, 0, note=f"{measured} of {len(listed)} photos are measured already"))
-        counts = schedule.run(s for s in range(listed.n_shards) if s not in there and is_mine(s))
-        if counts.again:
-            tell(Progress(0, 0, 0, note=_said_again(counts.again)))
+            on_progress(Note(f"{measured} of {len(listed)} photos are measured already"))
+        found = schedule.run(s for s in range(listed.n_shards) if s not in there and is_mine(s))
+        if found.counts.again:
+            on_progress(Note(_said_again(found.counts.again)))
         if newcomers is not None and newcomers.passed_over:
-            tell(Progress(0, 0, 0, note=newcomers.passed_over))
+            on_progress(Note(newcomers.passed_over))
     finally:
         for thread in (newcomers, changes):
             if thread is not None:
                 thread.close()
         crew.close()
         _sweep(folder)  # after a refusal as well: a worker may have been too busy to unwind
-    _require_own(folder, schedule.manifest, is_mine)
-    return _concluded(folder, schedule.manifest, counts, safe_distance_m, tell)
+    _require_own(folder, found.manifest, is_mine)
+    return _concluded(folder, found, safe_distance_m, on_progress)
 
 
 def _sweep(folder: Folder) -> None:
@@ -132,14 +133,14 @@ def _require_own(folder: Folder, listed: Manifest, is_mine: Callable[[int], bool
         )
 
 
-def _repair(folder: Folder, tell: Callable[[Progress], None]) -> None:
+def _repair(folder: Folder, on_progress: Callable[[Progress | Note], None]) -> None:
     """Remove the parts that are not what was written: their photos are measured again."""
     damaged = damaged_parts(folder, parts.names_of(folder))
     for name in damaged:
         folder.remove(name)
     if damaged:
         word = "part" if len(damaged) == 1 else "parts"
-        tell(Progress(0, 0, 0, note=f"{len(damaged)} damaged {word} removed: the photos are measured again"))
+        on_progress(Note(f"{len(damaged)} damaged {word} removed: the photos are measured again"))
 
 
 def _named(paths: Sequence[str], job: Job) -> Search | Sequence[str] | None:
@@ -254,32 +255,30 @@ def _packages() -> dict[str, str]:
 
 
 def _concluded(
-    folder: Folder, listed: Manifest, counts: Counts, safe_distance_m: float | None, tell: Callable[[Progress], None]
+    folder: Folder, found: Pass, safe_distance_m: float | None, on_progress: Callable[[Progress | Note], None]
 ) -> Outcome:
     """Write the tables where every part is there, corrections applied."""
-    outcome = Outcome(counts, len(listed), len(parts.finished(folder)), listed.n_shards)
+    listed = found.manifest
+    outcome = Outcome(found.counts, len(listed), len(parts.finished(folder)), listed.n_shards)
     if outcome.complete:
         results = Results(folder)
         if not results.tables_are_current(safe_distance_m):
             if len(listed) > _MANY:
-                done = counts.photos
-                tell(
-                    Progress(done, done, counts.failed, note="writing the tables: of a million photos it takes minutes")
-                )
+                on_progress(Note("writing the tables: of a million photos it takes minutes"))
             results.write_tables(safe_distance_m)
         fields = results.run
         last = {**fields, "safe_distance_m": safe_distance_m, "photos_in": listed.moved_to or listed.root}
         if last != fields:
             write_run(folder, last)
-        _tell_of_corrections(results, tell)
+        _tell_of_corrections(results, on_progress)
     return outcome
 
 
-def _tell_of_corrections(results: Results, tell: Callable[[Progress], None]) -> None:
+def _tell_of_corrections(results: Results, on_progress: Callable[[Progress | Note], None]) -> None:
     """Say so where somebody corrected a file that is not among the photos any more: work that no number shows."""
     lost = results.corrections_of_no_photo()
     if lost:
         said = "1 corrected photo is" if len(lost) == 1 else f"{len(lost)} corrected photos are"
         named = f"{', '.join(lost[:3])}{', ...' if len(lost) > 3 else ''}"
         note = f"{said} another file now or gone ({named}): the corrections are kept for the file they were made on"
-        tell(Progress(0, 0, 0, note=note))
+        on_progress(Note(note))

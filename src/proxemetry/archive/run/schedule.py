@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field
-from typing import Protocol
+from dataclasses import InitVar, dataclass, field
 
 from ..store import parts
 from ..store.folder import Folder
 from ..store.manifest import Item, Manifest
 from ..store.parts import Counts, Record
-from .changed_files import Found
+from .changed_files import Changes, Found
+from .manifest_update import Newcomers
 from .work import Finished, Job, Task, died
 from .workers import Crew, Died, Done, Ticked
 
@@ -24,16 +24,27 @@ _LOOK_AHEAD = 64
 
 @dataclass(frozen=True)
 class Progress:
-    """How far a run is: photos done by this run, of how many, how many of them failed.
-
-    errors: bugs met just now. note: what else there is to tell.
-    """
+    """How far a run is: photos done by this run, of how many, how many of them failed. errors: bugs met just now."""
 
     done: int
     total: int
     failed: int
     errors: tuple[str, ...] = ()
-    note: str = ""
+
+
+@dataclass(frozen=True)
+class Note:
+    """What else a user should know while a run goes on, as one line."""
+
+    text: str
+
+
+@dataclass(frozen=True)
+class Pass:
+    """What one pass over the shards of a run found: the manifest as it is now, and what was counted."""
+
+    manifest: Manifest
+    counts: Counts
 
 
 @dataclass
@@ -44,37 +55,9 @@ class _Apart:
     deaths: dict[str, int] = field(default_factory=dict[str, int])
 
 
-class Later(Protocol):
-    """A manifest that is still being completed."""
-
-    def done(self) -> bool:
-        """Return whether `result` would not wait."""
-        ...
-
-    def result(self) -> Manifest:
-        """Return the whole manifest."""
-        ...
-
-
-class Changed(Protocol):
-    """A look at the measured photos' files."""
-
-    def begin(self) -> None:
-        """Let it begin."""
-        ...
-
-    def done(self) -> bool:
-        """Return whether `result` would not wait."""
-        ...
-
-    def result(self) -> Found:
-        """Return what was found."""
-        ...
-
-
 @dataclass
 class Schedule:
-    """One pass over the shards of a run. `run` returns what was counted; `tell` hears of every step.
+    """One pass over the shards of a run; on_progress is called with every step.
 
     is_mine: which shards this run does. later: photos that may come while it works. changed: photos that may have to be
     measured again.
@@ -83,30 +66,33 @@ class Schedule:
     crew: Crew
     job: Job
     folder: Folder
-    manifest: Manifest
+    manifest: InitVar[Manifest]
     metadata: Mapping[str, str]
-    tell: Callable[[Progress], None] = lambda _: None
-    later: Later | None = None
-    changed: Changed | None = None
+    on_progress: Callable[[Progress | Note], None] = lambda _: None
+    later: InitVar[Newcomers | None] = None
+    changed: InitVar[Changes | None] = None
     is_mine: Callable[[int], bool] = lambda _: True
 
-    def run(self, shards: Iterable[int]) -> Counts:
-        """Measure these shards; raises OutputError where a part cannot be written."""
+    def __post_init__(self, manifest: Manifest, later: Newcomers | None, changed: Changes | None) -> None:
+        self._manifest, self._later, self._changed = manifest, later, changed
         self._waiting: deque[int] = deque()
         self._unfinished: set[int] = set()
         self._alone: deque[Task] = deque()
         self._apart: dict[int, _Apart] = {}
         self._running: dict[Task, int] = {}
         self._counts, self._photos, self._total = Counts(), 0, 0
+
+    def run(self, shards: Iterable[int]) -> Pass:
+        """Measure these shards, and what comes later; raises OutputError where a part cannot be written."""
         self._extend(shards)
         while True:
             busy = bool(self._waiting or self._alone or self._running)
-            if self.later is not None and (not busy or self.later.done()):
-                self._take_in(self.later.result())
-            elif self.changed is not None and (not busy or self.changed.done()):
-                self._take_up(self.changed.result())
+            if self._later is not None and (not busy or self._later.done()):
+                self._take_in(self._later.result())
+            elif self._changed is not None and (not busy or self._changed.done()):
+                self._take_up(self._changed.result())
             elif not busy:
-                return self._counts
+                return Pass(self._manifest, self._counts)
             else:
                 self._step()
 
@@ -114,19 +100,19 @@ class Schedule:
         new = list(shards)
         self._waiting.extend(new)
         self._unfinished.update(new)
-        self._total += sum(self.manifest.shard_sizes[s] for s in new)
+        self._total += sum(self._manifest.shard_sizes[s] for s in new)
         if new:
             self.crew.expect(self._total - self._photos)
             self._tell()
 
     def _take_in(self, manifest: Manifest) -> None:
         """Go on with the whole manifest, which has what came later."""
-        before, self.manifest, self.later = self.manifest.n_shards, manifest, None
+        before, self._manifest, self._later = self._manifest.n_shards, manifest, None
         self._extend(s for s in range(before, manifest.n_shards) if self.is_mine(s))
 
     def _take_up(self, found: Found) -> None:
         """Do the shards again in which photos are not what was measured."""
-        self.changed = None
+        self._changed = None
         if found.gone:
             which = "photo that was measured is", "photos that were measured are"
             self._note(
@@ -139,7 +125,7 @@ class Schedule:
         self._extend(sorted(found.shards - self._unfinished))
 
     def _note(self, text: str) -> None:
-        self.tell(Progress(0, 0, 0, note=text))
+        self.on_progress(Note(text))
 
     def _step(self) -> None:
         while self.crew.idle() and (task := self._next()) is not None:
@@ -153,7 +139,7 @@ class Schedule:
         if self._alone:
             return self._alone.popleft()
         for place, shard in enumerate(self._waiting):
-            items = self.manifest.items(shard)
+            items = self._manifest.items(shard)
             if self._unfinished.isdisjoint(i.original_shard for i in items if i.original_shard is not None):
                 del self._waiting[place]
                 return Task(shard, items, self.metadata)
@@ -163,8 +149,8 @@ class Schedule:
 
     def _hear(self, event: Ticked | Done | Died) -> None:
         errors: tuple[str, ...] = ()
-        if self.changed is not None:
-            self.changed.begin()  # the first photo does not wait for it
+        if self._changed is not None:
+            self._changed.begin()  # the first photo does not wait for it
         match event:
             case Ticked(task):
                 self._running[task] += 1
@@ -179,7 +165,7 @@ class Schedule:
 
     def _tell(self, errors: tuple[str, ...] = ()) -> None:
         done = self._photos + sum(self._running.values())
-        self.tell(Progress(done, self._total, self._counts.failed, errors))
+        self.on_progress(Progress(done, self._total, self._counts.failed, errors))
 
     def _collect(self, task: Task, finished: Finished) -> None:
         if task.alone:
@@ -210,7 +196,7 @@ class Schedule:
         rows = self._apart[shard].rows
         rows[item.photo] = record
         self._add(record.counts)
-        items = self.manifest.items(shard)
+        items = self._manifest.items(shard)
         if len(rows) == len(items):
             parts.write(self.folder, shard, [rows[i.photo] for i in items], self.metadata)
             del self._apart[shard]

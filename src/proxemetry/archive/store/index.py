@@ -10,7 +10,7 @@ import numpy as np
 
 from ...scene import Scene
 from . import parts
-from .parts import attached
+from .duck import attached
 from .results import Results
 
 

@@ -14,8 +14,8 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from ...errors import OutputError
+from .duck import attached
 from .folder import Folder
-from .parts import attached
 from .photos import locate
 
 FOLDER = "manifest"

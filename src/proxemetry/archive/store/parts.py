@@ -6,7 +6,6 @@ import hashlib
 import json
 import math
 import re
-import tempfile
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache
@@ -14,10 +13,10 @@ from typing import Any
 
 from ...scene import Scene
 from ...tables import TABLES, rows
-from .damage import BLANK, DIGEST, Guarded, require_whole, seal
+from .damage import BLANK, DIGEST, require_whole, seal
+from .duck import attached, connection, quoted
 from .file_state import FileState
 from .folder import Folder
-from .scratch import scratch_name
 
 FOLDER = "scenes"
 _NAMED = re.compile(r"part-(\d{6,})\.parquet")
@@ -265,30 +264,3 @@ def copied(folder: Folder, shard: int, sha256: str, photo: str, file: FileState 
     fields = json.loads(row[0])
     scene = Scene.from_json(fields["scene"]).renamed(photo)
     return Record(_text({**fields, "photo": photo, "scene": scene.to_json(), **_of_file(file)}), _counts(scene))
-
-
-@cache
-def connection(threads: int | None = 1) -> Any:
-    """Return this process's DuckDB: with one thread, since whatever runs in parallel runs as processes, or with all."""
-    import duckdb
-
-    # It loads and fetches nothing by itself, and what does not fit into memory does not go into the working folder.
-    config: dict[str, Any] = {
-        "autoinstall_known_extensions": False,
-        "autoload_known_extensions": False,
-        "temp_directory": f"{tempfile.gettempdir()}/{scratch_name('tables')}",
-    }
-    return duckdb.connect(config=config if threads is None else {**config, "threads": threads})
-
-
-def attached(folder: Folder, threads: int | None = 1) -> Guarded:
-    """Return this process's DuckDB, able to read the folder; what it raises names what is damaged there."""
-    connected = connection(threads)
-    if folder.filesystem is not None and not connected.filesystem_is_registered(folder.location.partition("://")[0]):
-        connected.register_filesystem(folder.filesystem)
-    return Guarded(connected, folder)
-
-
-def quoted(text: str) -> str:
-    """Return a text as an SQL literal."""
-    return "'" + text.replace("'", "''") + "'"

@@ -20,9 +20,10 @@ from ..review.corrections import FILE as LOG_FILE
 from ..review.corrections import by_file, corrected_scenes, digest, entries_at, in_force
 from . import manifest, parts
 from .damage import require_whole, run_of
+from .duck import attached, quoted
 from .folder import OVERLAYS, RUN_FILE, Folder, is_url
 from .identity import SETTINGS_SHA256
-from .parts import attached, quoted, record_of, structure
+from .parts import record_of, structure
 from .scratch import scratch_folder
 
 TABLE_FORMATS = ("csv", "parquet")

@@ -67,7 +67,7 @@ def explain(rows: Rows, local: FloatArray, shared: FloatArray, others: Others, *
     here, pull = _explanation(local, shared, normal, cost, others)
     best = here
     for _ in range(steps):
-        gradient = normal[..., -1:]
+        gradient = normal[..., -1:].copy()
         gradient[:, N_LOCAL:, 0] += pull
         step = solved(here.precision, gradient)[..., 0]
         local_step, shared_step = bounded(step[:, :N_LOCAL], step[:, N_LOCAL:])

@@ -21,7 +21,7 @@ from .alternatives import Explanations, explain, explained, joined, others_of
 from .body_model import BodyModel, body_model
 from .contradiction import misfit
 from .evidence import Evidence, evidence_of
-from .hypotheses import Guesses, body_types, guesses_of, keypoint_precision, log_evidence, resized, rows_of
+from .hypotheses import Guesses, body_types, guesses_of, keypoint_precision, log_evidence, rows_of, scaled_to_group
 from .posterior import placed_people
 from .projection import DEPTH, FOCAL, HEIGHT, LOG_LENGTHS, N_SHARED, PITCH, PRINCIPAL, ROLL
 from .solver import Fit, Place, Rows, SharedPrior, approach, solve
@@ -147,8 +147,7 @@ def _fit(
     loose, leading = rows.taken(tried).with_floor(_LOOSE), np.searchsorted(tried, first)
     near = approach(loose, guesses.local[tried], start.shared, prior, leading)
     near = approach(loose, near.local, near.shared, prior, leading)
-    guesses.local[tried] = near.local
-    resized(guesses, first)
+    guesses = scaled_to_group(guesses.with_local(tried, near.local), first)
     rough = guesses.log_prior[tried] - near.row_cost
     best = _best_rows(loose.person, rough)
     first = tried[np.where(rough[best] > rough[leading] + _LIKELIER, best, leading)]
@@ -169,7 +168,7 @@ def _fit(
             break
         first = best
         fit = solve(rows.taken(first), explanations.local[first], fit.shared, prior, iterations=_MOST_AGAIN)
-        guesses.local[:] = explanations.local
+        guesses = replace(guesses, local=explanations.local)
     else:
         explanations, weight = _weigh(rows, first, guesses, fit)
     return Explained(usable, evidence, rows, explanations, weight, first, fit, on_floor, off)

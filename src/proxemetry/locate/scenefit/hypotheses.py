@@ -6,7 +6,7 @@ person by less than its own uncertainty is folded into the covariance, what move
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 
 import numpy as np
@@ -46,6 +46,12 @@ class Guesses:
     mean: FloatArray
     log_prior: FloatArray
     local: FloatArray
+
+    def with_local(self, rows: NDArray[np.intp], local: FloatArray) -> Guesses:
+        """Return the same with other starts for some rows."""
+        starts = self.local.copy()
+        starts[rows] = local
+        return replace(self, local=starts)
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,14 +107,15 @@ def guesses_of(start: Start, types: list[tuple[Bodytype, ...]], model: BodyModel
     return Guesses(person, posture, group, mean, log_prior, local), np.array(first, dtype=np.intp)
 
 
-def resized(guesses: Guesses, first: NDArray[np.intp]) -> None:
-    """Give every row of another group of bodies its person's first row as a start, made as large as that group is."""
+def scaled_to_group(guesses: Guesses, first: NDArray[np.intp]) -> Guesses:
+    """Return every row of another group of bodies starting from its person's first row, made as large as its group."""
     rows = np.flatnonzero(guesses.group > 0)
     alike = first[guesses.person[rows]]
     larger = guesses.mean[rows] - guesses.mean[alike]
-    guesses.local[rows] = guesses.local[alike]
-    guesses.local[rows, LOG_LENGTHS] += larger
-    guesses.local[rows, DEPTH] += larger[:, 0]
+    local = guesses.local[alike]
+    local[:, LOG_LENGTHS] += larger
+    local[:, DEPTH] += larger[:, 0]
+    return guesses.with_local(rows, local)
 
 
 def _ranked(cost: FloatArray, groups: list[int]) -> tuple[list[tuple[int, int, int, int]], list[int]]:

@@ -1,0 +1,38 @@
+"""This process's DuckDB, and a results folder in it."""
+
+from __future__ import annotations
+
+import tempfile
+from functools import cache
+from typing import Any
+
+from .damage import Guarded
+from .folder import Folder
+from .scratch import scratch_name
+
+
+@cache
+def connection(threads: int | None = 1) -> Any:
+    """Return this process's DuckDB: with one thread, since whatever runs in parallel runs as processes, or with all."""
+    import duckdb
+
+    # It loads and fetches nothing by itself, and what does not fit into memory does not go into the working folder.
+    config: dict[str, Any] = {
+        "autoinstall_known_extensions": False,
+        "autoload_known_extensions": False,
+        "temp_directory": f"{tempfile.gettempdir()}/{scratch_name('tables')}",
+    }
+    return duckdb.connect(config=config if threads is None else {**config, "threads": threads})
+
+
+def attached(folder: Folder, threads: int | None = 1) -> Guarded:
+    """Return this process's DuckDB, able to read the folder; what it raises names what is damaged there."""
+    connected = connection(threads)
+    if folder.filesystem is not None and not connected.filesystem_is_registered(folder.location.partition("://")[0]):
+        connected.register_filesystem(folder.filesystem)
+    return Guarded(connected, folder)
+
+
+def quoted(text: str) -> str:
+    """Return a text as an SQL literal."""
+    return "'" + text.replace("'", "''") + "'"
