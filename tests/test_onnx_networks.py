@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+import hashlib
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +11,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from proxemetry import weights
 from proxemetry.cli import main
 from proxemetry.errors import ModelError, SettingsError
 from proxemetry.photo import Photo, RGBArray
@@ -312,3 +315,25 @@ def test_a_gpu_that_is_not_there_is_an_error_on_the_command_line(
     code = main(["measure", str(photo), "--out", str(tmp_path / "out"), "--pose", pose, "--device", "gpu", "--flip"])
     assert code == 2
     assert "a GPU was asked for, and this ONNX Runtime has none" in capsys.readouterr().err
+
+
+def test_another_device_takes_the_onnx_form_where_it_is_here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("PROXEMETRY_CACHE", str(tmp_path))
+    spec = read_specification("yolox-tinypose")
+    for model, content in ((spec.detector.file, b"for LiteRT"), ("yolox_nano.onnx", b"for a GPU")):
+        (tmp_path / model).write_bytes(content)
+        known = dataclasses.replace(weights.MODELS[model], sha256=hashlib.sha256(content).hexdigest())
+        monkeypatch.setitem(weights.MODELS, model, known)
+    assert spec.path_of(spec.detector.file).name == "yolox_nano.tflite"
+    assert spec.path_of(spec.detector.file, "gpu").name == "yolox_nano.onnx"
+    (tmp_path / "yolox_nano.onnx").unlink()
+    assert spec.path_of(spec.detector.file, "gpu").name == "yolox_nano.tflite"  # which says that it cannot
+
+
+def test_a_litert_network_refuses_another_device_and_a_damaged_file(tmp_path: Path) -> None:
+    path = tmp_path / "net.tflite"
+    path.write_bytes(b"no network")
+    with pytest.raises(ModelError, match=r"net\.tflite runs on the processor alone, not on 'gpu'"):
+        Network(path, device="gpu")
+    with pytest.raises(ModelError, match="LiteRT cannot load it"):
+        Network(path)

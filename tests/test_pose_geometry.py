@@ -16,15 +16,23 @@ from proxemetry.people.duplicates import distinct, possible_duplicates, similari
 from proxemetry.people.skeleton import COCO_17
 from proxemetry.pose.detections import (
     Detections,
+    decode_nanodet,
     decode_ultralytics,
     decode_yolox,
     joined,
     suppressed,
     uncut,
 )
+from proxemetry.pose.onnx.backend import _share_inside
 from proxemetry.pose.onnx.letterbox import _shrunk, crop, letterbox, person_region, tiles, tiles_around
 from proxemetry.pose.onnx.one_stage import decode_rtmo, decode_ultralytics_pose
-from proxemetry.pose.onnx.pose_decoders import _smoothed_around, decode_heatmaps_msra, decode_heatmaps_udp, decode_simcc
+from proxemetry.pose.onnx.pose_decoders import (
+    _smoothed_around,
+    decode_heatmaps_msra,
+    decode_heatmaps_udp,
+    decode_movenet,
+    decode_simcc,
+)
 
 SIDES = st.integers(1, 3000)
 POINTS = st.tuples(st.floats(-100, 4000), st.floats(-100, 4000))
@@ -250,6 +258,58 @@ def test_boxes_that_a_tile_cuts_are_left_to_another() -> None:
     assert uncut(found, (0, 0, 150, 200), (300, 400)).boxes_px.tolist() == [[0, 10, 40, 90]]
     assert len(uncut(found, (0, 0, 150, 200), (150, 200))) == 3
     assert len(joined([])) == 0
+
+
+def _nanodet(size: tuple[int, int], cell: int, bins: tuple[int, int, int, int]) -> list[np.ndarray]:
+    """A head that sees one person, in a cell of stride 16, its sides so many strides from the cell's middle."""
+    cells = [(size[0] // stride) * (size[1] // stride) for stride in (8, 16, 32)]
+    classes = [np.zeros((1, n, 3), np.float32) for n in cells]
+    sides = [np.zeros((1, n, 4 * 11), np.float32) for n in cells]
+    classes[1][0, cell, 0] = 0.75
+    for side, strides in enumerate(bins):
+        sides[1][0, cell, side * 11 + strides] = 50.0
+    return [*classes, *sides]
+
+
+@given(st.integers(0, 23), st.tuples(*[st.integers(0, 10)] * 4))
+def test_nanodets_boxes_are_strides_from_the_middle_of_a_cell(cell: int, bins: tuple[int, int, int, int]) -> None:
+    found = decode_nanodet(_nanodet((96, 64), cell, bins), (96, 64), 0, 0.5)
+    x, y = (cell % 6 + 0.5) * 16, (cell // 6 + 0.5) * 16
+    left, top, right, bottom = (16 * b for b in bins)
+    assert found.boxes_px == pytest.approx(np.array([[x - left, y - top, x + right, y + bottom]]), abs=1e-6)
+    assert found.scores.tolist() == [0.75]
+    assert len(decode_nanodet(_nanodet((96, 64), cell, bins), (96, 64), 1, 0.5)) == 0  # another class is nobody
+
+
+def test_an_uncertain_side_is_the_mean_of_its_distribution() -> None:
+    outputs = _nanodet((96, 64), 0, (0, 0, 0, 0))
+    outputs[4][0, 0, 22:33] = -100.0
+    outputs[4][0, 0, [24, 28]] = 3.0  # 2 or 6 strides to the right, one as likely as the other
+    (box,) = decode_nanodet(outputs, (96, 64), 0, 0.5).boxes_px
+    assert box[2] == pytest.approx(8 + 4 * 16)
+    with pytest.raises(ModelError, match="no NanoDet head"):
+        decode_nanodet(outputs, (96, 96), 0, 0.5)
+
+
+def test_movenet_answers_y_x_and_score_in_fractions_of_the_input() -> None:
+    values = np.array([[[[0.25, 0.5, 0.9], [1.0, 0.0, 1.5]]]], np.float32)
+    points, scores = decode_movenet([values], (200, 100))
+    assert points.tolist() == [[[100, 25], [0, 100]]]
+    assert scores == pytest.approx(np.array([[0.9, 1.0]]))
+    with pytest.raises(ModelError, match="expected points"):
+        decode_movenet([values[0]], (200, 100))
+
+
+def test_a_skeleton_that_lies_in_anothers_box_is_told() -> None:
+    own, others = np.array([0.0, 0, 100, 200]), np.array([300.0, 0, 400, 200])
+    joints = np.random.default_rng(2).uniform((10, 10), (90, 190), (17, 2))
+    outside = joints.copy()
+    outside[COCO_17.joints.index("nose")] = (-20, 5)  # more than a twentieth of the width aside
+    points = np.stack([joints, joints, outside])
+    people = People(COCO_17, points, np.ones((3, 17)), boxes_px=np.stack([own, others, own]))
+    assert _share_inside(people).tolist() == [1.0, 0.0, 0.8]
+    limbs = np.where(np.isin(COCO_17.joints, ("left_wrist", "left_elbow")), 1.0, 0.0)[None]
+    assert _share_inside(People(COCO_17, joints[None], limbs, boxes_px=others[None])).tolist() == [1.0]
 
 
 def _people(offsets: list[tuple[float, float]], scores: list[float], size: float = 200) -> People:

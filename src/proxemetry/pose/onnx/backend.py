@@ -40,7 +40,11 @@ class OnnxBackend:
         if self.options.flip and specification.pose is None:
             raise SettingsError(f"{specification.name} is one network for all, shown no mirrored crops: leave flip out")
         self.networks = {
-            file: Network(specification.path_of(file), device=self.options.device, threads=self.options.threads)
+            file: Network(
+                specification.path_of(file, self.options.device),
+                device=self.options.device,
+                threads=self.options.threads,
+            )
             for file in specification.files
         }
         detector = specification.detector

@@ -102,13 +102,18 @@ class Specification:
         """The networks, as the specification calls them."""
         return (self.detector.file, *((self.pose.file,) if self.pose else ()))
 
-    def path_of(self, file: str) -> Path:
-        """Return where a network's file lies, checked where the model table knows it; raises ModelError."""
+    def path_of(self, file: str, device: str = "cpu") -> Path:
+        """Return where a network's file lies, checked where the model table knows it; raises ModelError.
+
+        For another device than the processor it is the network's ONNX form, where the table has one and it is here.
+        """
         beside = self.folder / file
         if beside.is_file():
             return beside
         try:
-            return weights.obtain(file).path
+            forms = weights.model_named(file).same_as if device != "cpu" else ()
+            onnx = [form for form in forms if form.endswith(".onnx") and weights.locate(form) is not None]
+            return weights.verify(onnx[0]).path if onnx else weights.obtain(file).path
         except SettingsError as error:
             raise ModelError(
                 f"{self.name}: {file} is neither beside the specification nor in the model table"
