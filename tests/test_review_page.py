@@ -11,13 +11,16 @@ from typing import Any
 
 import pytest
 
+from proxemetry.archive.run.run import run
 from proxemetry.archive.store.results import Results
 from proxemetry.photo import Photo
 from proxemetry.photo.about import About
+from proxemetry.web.measuring import Measuring
 from proxemetry.web.session import Review
 from proxemetry.web.stores import DropStore, FolderStore
 from synthetic.drawn import people_at
 from synthetic.reviewing import CAMERA, PHOTOS, draw_photo, make_results, scene_of, served, write_results
+from synthetic.small_photos import write_photos
 
 pytestmark = pytest.mark.browser
 
@@ -318,6 +321,34 @@ def test_one_dropped_photo_shows_its_distances(browser: Any, results: Results) -
         assert tab.outside == [] and tab.problems == []
         tab.context.close()
     store.close()
+
+
+def test_a_folder_is_measured_from_the_page_and_opens(
+    browser: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    photos = write_photos(tmp_path / "photos", 4)
+    pose = "python:synthetic.small_photos:two_people"
+    monkeypatch.setattr(
+        Measuring, "run", staticmethod(lambda paths, job, tell: run(paths, replace(job, pose=pose), jobs=0, tell=tell))
+    )
+    store = DropStore()
+    with served(Review(store, "ada")) as (origin, token):
+        tab = Tab(browser, origin)
+        tab.page.goto(f"{origin}/?token={token}")
+        tab.page.fill("#folder", str(photos.parent))
+        tab.page.get_by_role("button", name="Open").click()
+        tab.page.locator(".folders button", has_text="photos").click()
+        tab.page.wait_for_function("() => document.getElementById('folder').value.endsWith('photos')")
+        tab.shot("folder")
+        tab.page.fill("#focal", "35,5")
+        tab.page.click("#measure")
+        tab.page.wait_for_selector(".card")
+        assert tab.page.locator(".card").count() == 4
+        assert "photos proxemetry results" in tab.page.locator("#where").get_attribute("title")
+        assert tab.outside == [] and tab.problems == []
+        tab.context.close()
+    assert (tmp_path / "photos proxemetry results" / "pairs.csv").exists()
+    assert "35.5" in (tmp_path / "photos proxemetry results" / "run.json").read_text()
 
 
 def test_script_in_file_names_is_shown_as_text(browser: Any, tmp_path: Path) -> None:

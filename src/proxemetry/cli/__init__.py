@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import argparse
 import importlib
+import importlib.util
 import signal
 import sys
 import threading
@@ -96,7 +97,8 @@ def _run(arguments: list[str]) -> int:
     parser = _Parser(
         prog="proxemetry",
         description="Measure how far apart people stand in ordinary photographs.",
-        epilog="`proxemetry COMMAND --help` explains a command with examples.",
+        epilog="`proxemetry COMMAND --help` explains a command with examples. Without a command, a page opens on which "
+        "photos and folders are measured.",
     )
     parser.add_argument("--version", action="version", version=f"proxemetry {__version__}")
     parser.add_argument(
@@ -116,6 +118,8 @@ def _run(arguments: list[str]) -> int:
     args = parser.parse_args(arguments)
     if args.print_completion is not None:
         return _print_completion(parser, args.print_completion)
+    if args.command is None and sys.stdout.isatty() and importlib.util.find_spec("uvicorn") is not None:
+        return _run(["review"])  # somebody at a screen: the page on which photos are dropped and folders measured
     if args.command is None:
         parser.print_help(sys.stderr)
         return NOTHING_DONE

@@ -14,7 +14,7 @@ from . import end_as_by_ctrl_c
 
 _EXAMPLES = """examples:
   proxemetry review results                    look at a run, photo by photo, and put right what is wrong
-  proxemetry review                            drop one photo onto the page and see its distances
+  proxemetry review                            drop photos onto the page, or measure a folder from it
   proxemetry review results --who ben --blind  a second reviewer who must not see the first one's corrections
   proxemetry review results --agreement ada ben  how well the two agree
 """
@@ -23,7 +23,9 @@ _EXAMPLES = """examples:
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the options."""
     parser.epilog = _EXAMPLES
-    parser.add_argument("results", nargs="?", metavar="DIR", help="results folder; without it, drop a photo")
+    parser.add_argument(
+        "results", nargs="?", metavar="DIR", help="results folder; without it, drop photos or measure a folder"
+    )
     parser.add_argument("--who", metavar="NAME", help="name to keep corrections under (default: reviewer)")
     parser.add_argument("--blind", action="store_true", help="hide and leave out other people's corrections")
     parser.add_argument("--faces", choices=FACES, default="show", help="blur: pixelate heads on the page")

@@ -14,12 +14,13 @@ from starlette.requests import Request
 from starlette.responses import JSONResponse, Response
 from starlette.routing import Route
 
-from ..errors import PhotoError, ProxemetryError
+from ..errors import PhotoError, ProxemetryError, SettingsError
 from ..files import parse_json
 from .guard import Guard
+from .measuring import Measuring, folders
 from .pictures import SIZES_PX
 from .session import Query, Review
-from .stores import DropStore
+from .stores import DropStore, FolderStore
 
 #: What a request may carry: a correction, and a dropped photo.
 MOST_JSON_BYTES, MOST_UPLOAD_BYTES = 64_000, 100_000_000
@@ -58,6 +59,9 @@ def create_app(review: Review, token: str, hosts: tuple[str, ...]) -> Guard:
         Route("/api/reviewers", _answering(page.reviewers)),
         Route("/api/agreement", _answering(page.agreement)),
         Route("/api/drop", _answering(page.drop), methods=["POST"]),
+        Route("/api/folders", _answering(page.folders)),
+        Route("/api/measuring", _answering(page.measuring), methods=["GET", "POST", "DELETE"]),
+        Route("/api/measuring/open", _answering(page.open_measured), methods=["POST"]),
         *_static_routes(),
     ]
     return Guard(Starlette(routes=routes), token, hosts)
@@ -111,6 +115,42 @@ class _Page:
 
     def __init__(self, review: Review) -> None:
         self._review = review
+        self._measuring = Measuring()
+
+    def _no_folder_yet(self) -> None:
+        """Refuse what only a page without a results folder does: a review stays with the folder it was opened for."""
+        if not isinstance(self._review.store, DropStore):
+            raise SettingsError("this page reviews a results folder; `proxemetry` alone measures another one")
+
+    async def folders(self, request: Request) -> Response:
+        self._no_folder_yet()
+        return JSONResponse(await run_in_threadpool(folders, request.query_params.get("path", "")))
+
+    async def measuring(self, request: Request) -> Response:
+        self._no_folder_yet()
+        if request.method == "DELETE":
+            self._measuring.stop()
+        elif request.method == "POST":
+            fields = parse_json((await _body(request, MOST_JSON_BYTES)).decode(), finite=True)
+            if not isinstance(fields, dict):
+                raise ValueError("a run is {folder, out, focal_35mm}")
+            focal = fields.get("focal_35mm")
+            if focal is not None and (isinstance(focal, bool) or not isinstance(focal, int | float)):
+                raise ValueError("focal_35mm is a number or null")
+            self._measuring.start(str(fields.get("folder", "")), str(fields.get("out", "")), focal)
+        return JSONResponse(self._measuring.state())
+
+    async def open_measured(self, request: Request) -> Response:
+        self._no_folder_yet()
+        state = self._measuring.state()
+        if state["status"] != "done":
+            raise SettingsError("nothing is measured yet")
+        dropped, old = self._review.store, self._review
+        fresh = await run_in_threadpool(FolderStore, state["out"])
+        self._review = await run_in_threadpool(Review, fresh, old.who, faces=old.faces, blind=old.blind)
+        if isinstance(dropped, DropStore):
+            dropped.close()
+        return JSONResponse({})
 
     async def about(self, request: Request) -> Response:
         return JSONResponse(await run_in_threadpool(self._review.about))

@@ -27,6 +27,12 @@ export const photos = (query, page) => ask(`/api/photos?${searchOf({ ...query, p
 export const photo = (id, query) => ask(`/api/photos/${id}?${searchOf(query)}`);
 export const picture = (id, size) => `/api/photos/${id}/picture?size=${size}`;
 export const undo = (id, query) => ask(`/api/photos/${id}/undo?${searchOf(query)}`, { method: "POST" });
+export const folders = (path) => ask(`/api/folders?${searchOf({ path })}`);
+export const measuring = () => ask("/api/measuring");
+export const stopMeasuring = () => ask("/api/measuring", { method: "DELETE" });
+export const openMeasured = () => ask("/api/measuring/open", { method: "POST" });
+export const startMeasuring = (run) =>
+  ask("/api/measuring", { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(run) });
 export const reviewers = () => ask("/api/reviewers");
 export const agreement = (one, other) => ask(`/api/agreement?${searchOf({ one, other })}`);
 export const tables = "/api/tables.zip";

@@ -4,6 +4,7 @@ import { showAgreement } from "./agreement.js";
 import * as api from "./api.js";
 import { showHelp } from "./dialogs.js";
 import { showDrop } from "./drop.js";
+import { showFolder } from "./folder.js";
 import { html, tell } from "./elements.js";
 import { START, showGallery } from "./gallery.js";
 import { PhotoView } from "./photo.js";
@@ -43,7 +44,10 @@ async function show() {
       view?.close();
       view = null;
       if (parts[0] === "agreement") await showAgreement(main);
-      else if (about.mode === "drop" && about.photos === 0) showDrop(main, opened);
+      else if (about.mode === "drop" && about.photos === 0) {
+        showDrop(main, opened);
+        await showFolder(main, measured);
+      }
       else {
         const typed = document.activeElement?.id;
         about = await showGallery(main, query, page, openGallery);
@@ -72,6 +76,11 @@ async function opened(id, refused = null) {
   }
   await show();
   if (refused) main.querySelector(".drop")?.append(refused);
+}
+
+function measured() {
+  about = null;
+  show();
 }
 
 function dropAgain() {

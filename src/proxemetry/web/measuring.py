@@ -1,0 +1,115 @@
+"""A folder measured from the page: which folders there are, a run in the background, and how far it is."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from ..archive.run.run import run
+from ..archive.run.schedule import Progress
+from ..archive.run.work import Job
+from ..camera.focal import FocalRequest
+from ..errors import ProxemetryError, SettingsError
+from ..photo import EXTENSIONS
+from ..settings import Settings
+
+#: Subfolders that are listed, and files of a folder that are counted, at most.
+_MOST_FOLDERS, _MOST_FILES = 500, 100_000
+#: What is added to a folder's name for its results.
+_RESULTS = " proxemetry results"
+
+Run = Callable[..., Any]
+
+
+def folders(path: str) -> dict[str, Any]:
+    """Return a folder's path, its parent, its subfolders by name, and how many photos lie in it itself.
+
+    path: "" is the user's home. Raises SettingsError where it cannot be listed.
+    """
+    folder = Path(path).expanduser() if path else Path.home()
+    try:
+        entries = sorted(folder.resolve().iterdir(), key=lambda entry: entry.name.casefold())
+        inside = [e.name for e in entries if not e.name.startswith(".") and e.is_dir()]
+    except (OSError, ValueError) as error:
+        raise SettingsError(f"{folder}: cannot be listed ({getattr(error, 'strerror', None) or error})") from error
+    photos = sum(e.suffix.lower() in EXTENSIONS for e in entries[:_MOST_FILES])
+    here = folder.resolve()
+    return {
+        "path": str(here),
+        "parent": None if here.parent == here else str(here.parent),
+        "folders": inside[:_MOST_FOLDERS],
+        "photos": photos,
+        "results": str(here.with_name(here.name + _RESULTS)),
+    }
+
+
+class _StoppedError(Exception):
+    """The page asked to stop."""
+
+
+@dataclass
+class Measuring:
+    """One run at a time. `run` is the archive's, or a test's. All methods may be called from several threads."""
+
+    run: Run = run
+    _lock: threading.Lock = field(default_factory=threading.Lock)
+    _thread: threading.Thread | None = None
+    _state: dict[str, Any] = field(default_factory=lambda: {"status": "idle"})
+    _stop: bool = False
+
+    def start(self, folder: str, out: str, focal_35mm: float | None = None) -> None:
+        """Begin to measure a folder; raises SettingsError where it is none, or where another run is under way."""
+        if not Path(folder).is_dir():
+            raise SettingsError(f"{folder}: there is no such folder")
+        if not out.strip():
+            raise SettingsError("name a folder for the results")
+        job = Job(str(Path(out).expanduser()), settings=Settings(focal=FocalRequest(focal_35mm=focal_35mm)))
+        with self._lock:
+            if self._thread is not None and self._thread.is_alive():
+                raise SettingsError("a folder is being measured already: wait for it, or stop it")
+            self._stop = False
+            self._state = {"status": "running", "folder": folder, "out": job.results, "done": 0, "total": 0}
+            self._thread = threading.Thread(target=self._work, args=(folder, job), daemon=True)
+            self._thread.start()
+
+    def stop(self) -> None:
+        """Ask the run to stop; what is finished stays, and the same folder goes on from there."""
+        self._stop = True
+
+    def state(self) -> dict[str, Any]:
+        """Return the status (idle, running, done, stopped or failed), photos done and in all, and seconds left."""
+        with self._lock:
+            return dict(self._state)
+
+    def _work(self, folder: str, job: Job) -> None:
+        started = time.monotonic()
+
+        def on_progress(progress: Progress) -> None:
+            if self._stop:
+                raise _StoppedError
+            with self._lock:
+                if progress.note:
+                    self._state["note"] = progress.note
+                    return
+                seconds = time.monotonic() - started
+                left = (progress.total - progress.done) * seconds / progress.done if progress.done else None
+                self._state.update(done=progress.done, total=progress.total, failed=progress.failed, seconds_left=left)
+
+        try:
+            self.run([folder], job, tell=on_progress)
+        except _StoppedError:
+            self._finish(status="stopped")
+        except ProxemetryError as error:
+            self._finish(status="failed", error=str(error))
+        except Exception as error:  # a bug: the page says so instead of waiting for ever
+            self._finish(status="failed", error=f"internal error: {error!r}")
+        else:
+            self._finish(status="done")
+
+    def _finish(self, **state: Any) -> None:
+        with self._lock:
+            self._state.update(state)

@@ -1,0 +1,83 @@
+"""A folder measured from the page: states, stopping, refusals."""
+
+import threading
+import time
+
+import pytest
+
+from proxemetry.archive.run.schedule import Progress
+from proxemetry.errors import OutputError, SettingsError
+from proxemetry.web.measuring import Measuring, folders
+
+
+def finished(measuring):
+    for _ in range(500):
+        if (state := measuring.state())["status"] != "running":
+            return state
+        time.sleep(0.01)
+    raise AssertionError("still running")
+
+
+def test_folders_are_listed_with_their_photos(tmp_path):
+    (tmp_path / "a" / "deep").mkdir(parents=True)
+    (tmp_path / ".hidden").mkdir()
+    for name in ("1.jpg", "2.PNG", "notes.txt"):
+        (tmp_path / name).write_text("x")
+    found = folders(str(tmp_path))
+    assert found["folders"] == ["a"] and found["photos"] == 2
+    assert found["parent"] == str(tmp_path.parent) and found["results"].startswith(str(tmp_path))
+    with pytest.raises(SettingsError, match="cannot be listed"):
+        folders(str(tmp_path / "none"))
+
+
+def test_a_run_goes_from_running_to_done(tmp_path):
+    def run(paths, job, tell):
+        tell(Progress(0, 0, 0, note="fetching"))
+        tell(Progress(2, 4, 1))
+
+    measuring = Measuring(run)
+    assert measuring.state() == {"status": "idle"}
+    measuring.start(str(tmp_path), str(tmp_path / "out"), 35.0)
+    state = finished(measuring)
+    assert (state["status"], state["done"], state["total"], state["failed"]) == ("done", 2, 4, 1)
+    assert state["note"] == "fetching" and state["seconds_left"] >= 0
+
+
+def test_a_run_is_stopped_and_only_one_runs_at_a_time(tmp_path):
+    begun = threading.Event()
+
+    def run(paths, job, tell):
+        while True:
+            begun.set()
+            tell(Progress(1, 10, 0))
+            time.sleep(0.01)
+
+    measuring = Measuring(run)
+    measuring.start(str(tmp_path), str(tmp_path / "out"))
+    begun.wait(5)
+    with pytest.raises(SettingsError, match="already"):
+        measuring.start(str(tmp_path), str(tmp_path / "out"))
+    measuring.stop()
+    assert finished(measuring)["status"] == "stopped"
+
+
+@pytest.mark.parametrize(
+    ("error", "told"), [(OutputError("no space"), "no space"), (ValueError("oops"), "internal error")]
+)
+def test_what_goes_wrong_is_told(tmp_path, error, told):
+    def run(paths, job, tell):
+        raise error
+
+    measuring = Measuring(run)
+    measuring.start(str(tmp_path), str(tmp_path / "out"))
+    state = finished(measuring)
+    assert state["status"] == "failed" and told in state["error"]
+
+
+def test_what_cannot_be_measured_is_refused_at_once(tmp_path):
+    with pytest.raises(SettingsError, match="no such folder"):
+        Measuring().start(str(tmp_path / "none"), "out")
+    with pytest.raises(SettingsError, match="results"):
+        Measuring().start(str(tmp_path), "  ")
+    with pytest.raises(SettingsError):
+        Measuring().start(str(tmp_path), "out", -5.0)
