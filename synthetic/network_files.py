@@ -203,3 +203,48 @@ def constant_network(path: Path, size: tuple[int, int], *answers: np.ndarray) ->
         else:
             outputs.append(graph.op("Add", graph.constant(answer), nothing))
     return graph.save(path, outputs, whole)
+
+
+def one_stage_network(path: Path, decode: str, size: int = 416, people: int = 3) -> Path:
+    """Write a network that finds people and joints in one look: one person in each of so many upright strips.
+
+    decode: "rtmo" or "ultralytics-pose". A strip without a `PERSON` dot answers with a score near 0.
+    """
+    graph = Graph([1, 3, size, size])
+    joints = _blurred(graph, _match(graph, graph.image, JOINT_COLOURS.astype(float)), 5)
+    middles = _match(graph, graph.image, np.array([PERSON], float))
+    boxes, points = [], []
+    for number in range(people):
+        left, right = (round(size * k / people) for k in (number, number + 1))
+
+        def strip(maps: str, left: int = left, right: int = right) -> str:
+            return graph.op("Slice", maps, graph.whole(left), graph.whole(right), graph.whole(3))
+
+        seen = strip(joints)
+        places = []
+        for axis, offset in ((2, left), (3, 0)):  # the largest along the other axis leaves x, then y
+            line = graph.op("ReduceMax", seen, axes=[axis], keepdims=0)
+            best = graph.op("Cast", graph.op("ArgMax", line, axis=2, keepdims=1), to=_FLOAT)
+            places.append(graph.op("Add", best, graph.constant(np.float32(offset))))
+        joint_scores = graph.op("ReduceMax", graph.op("ReduceMax", seen, axes=[3], keepdims=0), axes=[2], keepdims=1)
+        at = graph.op("Concat", *places, axis=2)
+        score = graph.op("ReduceMax", strip(middles), axes=[1, 2, 3], keepdims=0)
+        corners = [graph.op(kind, at, axes=[1], keepdims=0) for kind in ("ReduceMin", "ReduceMax")]
+        if decode == "ultralytics-pose":
+            low, high = corners
+            half = graph.constant(np.float32(0.5))
+            corners = [
+                graph.op("Mul", graph.op("Add", low, high), half),
+                graph.op("Sub", high, low),
+            ]
+        boxes.append(graph.op("Concat", *corners, graph.op("Reshape", score, graph.whole(1, 1)), axis=1))
+        points.append(graph.op("Concat", at, joint_scores, axis=2))
+    if decode == "rtmo":
+        rows = [graph.op("Reshape", b, graph.whole(1, 1, 5)) for b in boxes]
+        bodies = [graph.op("Reshape", p, graph.whole(1, 1, len(JOINT_COLOURS), 3)) for p in points]
+        return graph.save(path, [graph.op("Concat", *rows, axis=1), graph.op("Concat", *bodies, axis=1)])
+    columns = []
+    for box, person in zip(boxes, points, strict=True):
+        flat = graph.op("Reshape", person, graph.whole(1, 3 * len(JOINT_COLOURS)))
+        columns.append(graph.op("Reshape", graph.op("Concat", box, flat, axis=1), graph.whole(1, -1, 1)))
+    return graph.save(path, [graph.op("Concat", *columns, axis=2)])

@@ -17,6 +17,8 @@ from proxemetry.errors import ModelError
 from proxemetry.people import People, PoseBackend
 from proxemetry.photo import Photo
 from proxemetry.pose import BACKENDS, PoseOptions, backend_named, is_available
+from synthetic.dotted_world import HEADS, ONE_STAGE, PEOPLE, PHOTO_SIZE, specification
+from synthetic.network_files import dots
 
 SHARED = Path(__file__).resolve().parents[2] / "shared"
 PHOTOS = SHARED / "data" / "photos"
@@ -24,6 +26,9 @@ PHOTOS = SHARED / "data" / "photos"
 #: Back ends that replay or wrap what somebody else found: tested on their own.
 OF_OTHERS = ("recorded", "python", "onnx", "cross-check")
 NAMES = [name for name in BACKENDS if name not in OF_OTHERS]
+#: Back ends of generated networks, one for each decoder: on every machine the contract is tested on something.
+GENERATED_NAME = "spec"
+GENERATED = [f"generated {head}" for head in (*HEADS, *ONE_STAGE)]
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -36,8 +41,12 @@ def caches() -> Iterator[None]:
     patch.undo()
 
 
-@pytest.fixture(scope="module", params=NAMES)
-def backend(request: pytest.FixtureRequest, caches: None) -> PoseBackend:
+@pytest.fixture(scope="module", params=[*GENERATED, *NAMES])
+def backend(request: pytest.FixtureRequest, caches: None, tmp_path_factory: pytest.TempPathFactory) -> PoseBackend:
+    if request.param in GENERATED:
+        pytest.importorskip("onnxruntime")
+        folder = tmp_path_factory.mktemp("networks")
+        return backend_named(f"onnx:{specification(folder, request.param.removeprefix('generated '))}")
     if request.param == "blazepose":
         try:
             weights.fetch((*weights.EMBEDDED, weights.EMBEDDED_FINDER))
@@ -49,8 +58,10 @@ def backend(request: pytest.FixtureRequest, caches: None) -> PoseBackend:
 
 
 @pytest.fixture(scope="module")
-def street() -> np.ndarray:
-    """A real photo of several people, small enough to be quick."""
+def street(backend: PoseBackend) -> np.ndarray:
+    """A photo of several people, small enough to be quick: a real one, or one of the generated networks' own world."""
+    if backend.name == GENERATED_NAME:
+        return dots(PHOTO_SIZE, PEOPLE)
     path = PHOTOS / "COCO_val2014_000000000241.jpg"
     if not path.is_file():
         pytest.skip("the labelled photos are not beside this checkout")
@@ -85,10 +96,10 @@ def test_any_size_of_picture_is_taken(backend: PoseBackend, size: tuple[int, int
 
 
 def test_it_says_what_it_is(backend: PoseBackend) -> None:
-    assert backend.name.split(":")[0] in BACKENDS
+    assert backend.name == GENERATED_NAME or backend.name.split(":")[0] in BACKENDS
     assert len(backend.skeleton) >= 15
     for name, sha256 in backend.models.items():
-        assert weights.model_named(name).name == name
+        assert backend.name == GENERATED_NAME or weights.model_named(name).name == name
         assert len(sha256) == 64
 
 

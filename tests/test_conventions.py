@@ -6,15 +6,20 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from proxemetry.bodies import Floor
+from proxemetry.bodies import Bodies
 from proxemetry.camera import Camera
-from proxemetry.distances import ZONE_LIMITS_M, Distances, ground_frame
+from proxemetry.camera.from_people.verticals import _axes
+from proxemetry.distances import ZONE_LIMITS_M, Distances, ground_frame, measure_distances
+from proxemetry.locate.scenefit import locate
+from proxemetry.locate.scenefit.projection import body_axes, camera_axes
 from proxemetry.measure import place
 from proxemetry.people import People
 from proxemetry.people.skeleton import COCO_17
 from proxemetry.photo import Photo
 from proxemetry.settings import Settings
+from synthetic import modelled
 from synthetic.drawn import people_at
+from synthetic.modelled import photo
 
 DOCUMENT = Path(__file__).parents[1] / "docs" / "conventions.md"
 CAMERA = Camera.centred(1000, 1000, 800)
@@ -50,11 +55,9 @@ def test_the_camera_frame_is_right_down_forward():
 @pytest.mark.parametrize(("pitch", "roll"), [(0.0, 0.0), (0.3, 0.0), (-0.2, 0.1)])
 def test_up_from_pitch_and_roll(pitch, roll):
     up = np.array([math.sin(roll) * math.cos(pitch), -math.cos(roll) * math.cos(pitch), -math.sin(pitch)])
-    assert np.linalg.norm(up) == pytest.approx(1)
-    looks_down = -up[2]  # the optical axis (0, 0, 1) against up
-    assert math.asin(looks_down) == pytest.approx(pitch)
+    assert -camera_axes(np.array([[pitch, roll]]))[0, :, 1] == pytest.approx(up)  # the scene fit's
+    assert _axes(np.array([pitch]), np.array([roll]))[0, :, 0, 0] == pytest.approx(up)  # the self-calibration's
     assert ground_frame(up) @ ground_frame(up).T == pytest.approx(np.eye(3))
-    assert Floor(1.6, pitch, roll).pitch_rad == pitch
 
 
 def test_left_is_the_persons_own():
@@ -72,10 +75,25 @@ def test_a_position_is_the_middle_of_the_torso():
         assert CAMERA.project(published.positions_m) == pytest.approx(pair)
 
 
+def test_a_camera_that_looks_down_has_a_positive_pitch():
+    people, _ = photo(0, noise_px=0.1, pitch=0.3)
+    bodies = locate(people, modelled.CAMERA, modelled.ADULTS)
+    assert bodies.floor.pitch_rad == pytest.approx(0.3, abs=0.05)
+    assert bodies.up == pytest.approx([0, -math.cos(0.3), -math.sin(0.3)], abs=0.05)
+
+
 def test_heading_zero_faces_the_camera_and_positive_turns_right():
-    facing = [(math.sin(h), 0.0, -math.cos(h)) for h in (0.0, math.pi / 2)]
-    assert facing[0] == (0.0, 0.0, -1.0)
-    assert facing[1][0] == pytest.approx(1)
+    forward = body_axes(np.array([0.0, math.pi / 2]))[..., 0]
+    assert forward == pytest.approx(np.array([[0, 0, -1], [1, 0, 0]]))
+    # who stands on the left and turns right faces the one on the right who turns left
+    places = np.array([[-0.6, 0, 4], [0.6, 0, 4]])
+    turned = np.array([math.pi / 2, -math.pi / 2])
+    for heading, grouped in ((turned, 1.0), (-turned, 0.0)):
+        bodies = Bodies(
+            places, 1e-6 * np.eye(6), "scene", ("feet", "feet"), (None, None), np.array([0.0, -1.0, 0.0]), heading,
+            np.full(2, 0.01),
+        )  # fmt: skip
+        assert measure_distances(bodies).group_probability[0, 1] == grouped
 
 
 def test_zones_are_halls():

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from proxemetry.bodies import Bodies, Mode
-from proxemetry.distances import UNCERTAIN, ZONES, ground_frame, measure_distances, zone_of
+from proxemetry.distances import UNCERTAIN, ZONES, _face_each_other, ground_frame, measure_distances, zone_of
 
 LEVEL_UP = np.array([0.0, -1.0, 0.0])
 
@@ -186,3 +186,11 @@ def test_a_third_person_in_the_middle_ends_the_group():
 
 def test_without_headings_groups_are_unknown():
     assert np.isnan(measure_distances(bodies_at([(0, 0, 5), (1, 0, 5)])).group_probability).all()
+
+
+@pytest.mark.parametrize(("aside_m", "forms"), [(0.6, False), (0.95, False), (1.05, True)])
+def test_a_third_person_within_the_radius_about_the_centre_disturbs_a_group(aside_m, forms):
+    # 2.2 m apart only the radius of 1 m brings two who face each other together (Bertoni et al. 2021, eqs. 6-8)
+    a, b = np.array([0 + 0j]), np.array([2.2 + 0j])
+    facing = np.array([[1 + 0j], [-1 + 0j]])
+    assert _face_each_other(a, b, facing, np.array([1.1 + 1j * aside_m]))[0] == forms

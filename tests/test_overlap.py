@@ -9,6 +9,9 @@ from hypothesis import strategies as st
 
 from proxemetry import intervals
 from proxemetry.overlap import SIGMAS, iou, keypoint_similarity, sigmas_of
+from proxemetry.people import People
+from proxemetry.people.duplicates import similarity
+from proxemetry.people.skeleton import COCO_17
 
 
 def box(x0, y0, x1, y1):
@@ -52,3 +55,11 @@ def test_one_level_for_every_interval():
     assert pytest.approx(1.6448536) == intervals.HALF_WIDTH_SD
     assert (pytest.approx(0.05), pytest.approx(0.95)) == (intervals.LOW, intervals.HIGH)
     assert pytest.approx(4.60517) == intervals.CHI2_2D
+
+
+def test_a_small_person_in_front_of_a_large_one_is_not_a_double():
+    large = np.stack([np.linspace(0, 200, 17), np.linspace(0, 600, 17)], axis=1)
+    small = large / 6 + (80, 250)
+    two = People(COCO_17, np.stack([large, small]), np.ones((2, 17)))
+    assert similarity(two)[0, 1] < 0.1
+    assert similarity(two)[0, 0] == 1

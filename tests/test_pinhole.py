@@ -183,3 +183,11 @@ def test_who_faces_anywhere_is_as_near_as_the_interval_says(cue, turned_rad):
     assert depth == pytest.approx(5 / shown)
     assert np.mean((depth - 5) ** 2 / depth**2) <= np.mean(sd**2 / depth**2)
     assert np.mean(np.abs(depth - 5) <= 1.645 * sd) >= 0.9
+
+
+def test_a_constant_that_is_off_moves_two_people_together():
+    sure = Camera.centred(1200, 1600, 1200)
+    bodies = locate("torso", people_at([(0.5, 0, 4), (-1, 0, 8)], sure), sure)
+    # no focal length to share: what is common is the torso's constant, 8 % of each place (METHOD: 444 mm)
+    shared = 0.08**2 * np.outer(bodies.positions_m[0], bodies.positions_m[1])
+    assert bodies.covariance_m2[:3, 3:] == pytest.approx(shared)

@@ -37,7 +37,7 @@ def decode_ultralytics_pose(
         raise ModelError(f"the network answers {outputs[0].shape}: expected (1, 5 + 3 K, N)")
     raw = raw[raw[:, 4] >= least]
     boxes = np.concatenate([raw[:, :2] - raw[:, 2:4] / 2, raw[:, :2] + raw[:, 2:4] / 2], axis=1)
-    points = raw[:, 5:].reshape(len(raw), -1, 3)
+    points = raw[:, 5:].reshape(len(raw), (raw.shape[1] - 5) // 3, 3)
     return Detections(boxes, raw[:, 4], points[..., :2] + 0.5, points[..., 2].clip(0, 1))
 
 

@@ -1,0 +1,34 @@
+"""What a run's numbers depend on: which settings make a results folder another one, field by field."""
+
+from dataclasses import fields, replace
+
+import pytest
+
+from proxemetry.archive.run.run import _settings
+from proxemetry.archive.run.work import Job
+from proxemetry.pose import PoseOptions
+from proxemetry.settings import Settings
+
+JOB = Job("out")
+#: How many threads a network may use, and whether it may be fetched, changes no number.
+WITHOUT_EFFECT = {"threads", "offline"}
+OTHER = {"effort": "fast", "threads": 7, "offline": True, "device": "gpu", "flip": True}
+
+
+def test_every_option_of_the_back_end_has_another_value_here():
+    assert set(OTHER) == {field.name for field in fields(PoseOptions)}
+
+
+@pytest.mark.parametrize("name", OTHER)
+def test_an_option_that_changes_a_number_is_in_the_identity(name):
+    changed = replace(JOB, options=replace(JOB.options, **{name: OTHER[name]}))
+    assert (_settings(changed) == _settings(JOB)) == (name in WITHOUT_EFFECT)
+
+
+@pytest.mark.parametrize(
+    "changed",
+    [replace(JOB, with_names=True), replace(JOB, with_gps=True), replace(JOB, settings=Settings("torso")),
+     replace(JOB, settings=Settings(undistort=False))],
+)  # fmt: skip
+def test_so_is_what_changes_a_row(changed):
+    assert _settings(changed) != _settings(JOB)

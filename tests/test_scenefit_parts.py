@@ -1,0 +1,230 @@
+"""The parts of the joint fit that weigh and spread: closed forms on equations written by hand, and laws."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from proxemetry.camera import Camera
+from proxemetry.locate import LocateSettings
+from proxemetry.locate.scenefit import fit as joint_fit
+from proxemetry.locate.scenefit import locate, shared_prior, solver
+from proxemetry.locate.scenefit.alternatives import Explanations, others_of
+from proxemetry.locate.scenefit.body_model import body_model
+from proxemetry.locate.scenefit.evidence import evidence_of
+from proxemetry.locate.scenefit.hypotheses import keypoint_precision, log_evidence
+from proxemetry.locate.scenefit.posterior import _TWIST_SD, _folded, _modes
+from proxemetry.locate.scenefit.projection import (
+    DEPTH,
+    FOCAL,
+    HEADING,
+    HEIGHT,
+    N_LOCAL,
+    N_SHARED,
+    PITCH,
+    torso_position,
+)
+from proxemetry.locate.scenefit.solver import Fit, SharedPrior
+from proxemetry.locate.scenefit.start import look
+from proxemetry.people import People
+from proxemetry.people.skeleton import COCO_17
+from synthetic.modelled import ADULTS, CAMERA, photo
+
+N = N_LOCAL + N_SHARED
+
+
+def linear_fit(rows, seed=0):
+    """Return a fit whose normal equations are made up, with what is known of the camera beforehand: unit Gaussians."""
+    rng = np.random.default_rng(seed)
+    roots = rng.normal(size=(rows, N, N))
+    hessian = roots @ roots.transpose(0, 2, 1) + 0.1 * np.eye(N)
+    normal = np.concatenate([hessian, rng.normal(size=(rows, N, 1))], axis=-1)
+    beforehand = np.column_stack([np.eye(N_SHARED), np.zeros(N_SHARED)])
+    local = np.zeros((rows, N_LOCAL))
+    return Fit(local, np.zeros(N_SHARED), normal, beforehand, np.zeros(rows), 0.0, np.ones((rows, 1)))
+
+
+def test_what_the_others_say_is_what_is_left_without_oneself():
+    fit = linear_fit(4)
+    others = others_of(fit)
+    for k in range(4):
+        rest = np.arange(4) != k
+        size = 3 * N_LOCAL + N_SHARED  # everybody else and the camera, solved whole
+        whole, right = np.zeros((size, size)), np.zeros(size)
+        whole[-N_SHARED:, -N_SHARED:] += np.eye(N_SHARED)
+        for at, (h, g) in enumerate(zip(fit.hessian[rest], fit.gradient[rest], strict=True)):
+            index = np.r_[at * N_LOCAL : (at + 1) * N_LOCAL, size - N_SHARED : size]
+            whole[np.ix_(index, index)] += h
+            right[index] += g
+        covariance = np.linalg.inv(whole)
+        assert others.mean[k] == pytest.approx((covariance @ right)[-N_SHARED:])
+        assert np.linalg.inv(others.precision[k]) == pytest.approx(covariance[-N_SHARED:, -N_SHARED:])
+
+
+def explanations(depths_m, precision=None, shared=None):
+    rows = len(depths_m)
+    local = np.zeros((rows, N_LOCAL))
+    local[:, DEPTH] = np.log(depths_m)
+    eye = np.tile(np.eye(N), (rows, 1, 1)) if precision is None else precision
+    return Explanations(local, np.zeros((rows, N_SHARED)) if shared is None else shared, eye, eye, np.zeros(rows))
+
+
+class Two:
+    """Two rows of one person."""
+
+    person = np.array([0, 0])
+    prior_log_volume = np.zeros(2)
+
+
+def test_an_explanation_that_is_no_mode_widens_the_covariance_by_its_weight():
+    added = _folded(Two, explanations([5.0, 5.4]), np.array([0.7, 0.3]), np.array([0]), {})
+    assert added[0, 2, 2] == pytest.approx(0.3 * 0.4**2)
+    assert _folded(Two, explanations([5.0, 5.4]), np.array([0.7, 0.3]), np.array([0]), {0: [0, 1]})[0, 2, 2] == 0
+
+
+def test_the_evidence_of_a_sharp_explanation_is_less_by_its_volume():
+    precision = np.stack([np.eye(N), 4 * np.eye(N)])  # twice as sharp in each of N unknowns
+    plain, sharp = log_evidence(explanations([5.0, 5.0], precision), Two, np.zeros(2))
+    assert plain - sharp == pytest.approx(N * np.log(2))
+
+
+def test_in_another_mode_the_others_follow_the_camera():
+    fit = linear_fit(2)
+    fit = replace(fit, local=fit.local + np.eye(N_LOCAL)[DEPTH] * np.log(6.0))
+    shift = np.array([0.02, -0.01, 0.03, 0.0, 0.0, 0.0])
+    rows = explanations([6.0, 4.0, 6.0], shared=np.stack([fit.shared, fit.shared + shift, fit.shared]))
+    weights, first = np.array([0.6, 0.4, 1.0]), np.array([0, 2])
+    best, other = _modes({0: [0, 1]}, rows, weights, first, fit)
+    assert (best.weight, other.weight) == (pytest.approx(0.6), pytest.approx(0.4))
+    assert best.positions_m == pytest.approx(torso_position(fit.local, fit.shared))
+    # of the second person nothing but the camera changed: the normal equations say how it answers
+    own, cross = fit.hessian[1, :N_LOCAL, :N_LOCAL], fit.hessian[1, :N_LOCAL, N_LOCAL:]
+    follows = fit.local[1] - np.linalg.solve(own, cross @ shift)
+    local = np.stack([rows.local[1], follows])
+    assert other.positions_m == pytest.approx(torso_position(local, fit.shared + shift))
+
+
+@pytest.mark.parametrize("away_sd", [0.3, 1.0, 4.0])
+def test_what_is_known_of_the_camera_pulls_as_its_cost_falls(away_sd):
+    prior = shared_prior(Camera.centred(1200, 1920, 1080, focal_rel_sd=0.05))
+    shared = prior.mean + away_sd * prior.sd
+    _, normal = prior.cost(shared)
+    hessian, gradient = normal[:, :-1], normal[:, -1]
+    step = 1e-6 * prior.sd
+    for k in range(N_SHARED):
+        nudge = step * np.eye(N_SHARED)[k]
+        slope = (prior.cost(shared + nudge)[0] - prior.cost(shared - nudge)[0]) / (2 * step[k])
+        assert gradient[k] == pytest.approx(-slope, rel=1e-4)
+    # the hessian is that of the robust weight: the pull over how far it pulls, for tails and all
+    assert np.diag(hessian) == pytest.approx(gradient / (prior.mean - shared))
+    assert hessian == pytest.approx(np.diag(np.diag(hessian)))
+
+
+def test_a_camera_far_from_usual_is_held_less_and_one_of_unsure_focal_length_as_much():
+    prior = SharedPrior(np.zeros(N_SHARED), np.ones(N_SHARED))
+    near, far = (np.diag(prior.cost(np.full(N_SHARED, z))[1][:, :-1]) for z in (0.0, 5.0))
+    # Student-t with 3 degrees of freedom: (1 + 1 / 3) / (1 + z^2 / 3)
+    assert near[[PITCH, HEIGHT]] == pytest.approx(4 / 3)
+    assert far[[PITCH, HEIGHT]] == pytest.approx(4 / 3 / (1 + 25 / 3))
+    assert far[FOCAL:] == pytest.approx(1.0)
+
+
+def test_a_heading_that_swings_settles_by_halves(monkeypatch):
+    seen = []
+
+    def evaluated(rows, local, shared, prior):
+        seen.append(local[0, HEADING])
+        return Fit(local, shared, np.zeros((1, N, N + 1)), np.zeros((N_SHARED, N_SHARED + 1)), np.zeros(1), 0.0,
+                   np.ones((1, 1)))  # fmt: skip
+
+    def swinging(fit, *_):
+        local = np.zeros((1, N_LOCAL))
+        local[0, HEADING] = 0.2 if len(seen) % 2 else -0.2
+        return local, np.full(N_SHARED, 0.05)
+
+    monkeypatch.setattr(solver, "evaluate", evaluated)
+    monkeypatch.setattr(solver, "_step", swinging)
+    solver.solve(None, np.zeros((1, N_LOCAL)), np.zeros(N_SHARED), None, iterations=6)
+    assert np.abs(np.diff(seen)) == pytest.approx(0.2 * 0.5 ** np.arange(6))
+
+
+def test_a_floor_is_less_even_the_further_away(monkeypatch):
+    solved = []
+
+    def remembered(rows, local, *rest, **options):
+        solved.append((rows.floor_precision, np.exp(local[:, DEPTH])))
+        return solver.solve(rows, local, *rest, **options)
+
+    monkeypatch.setattr(joint_fit, "solve", remembered)
+    people, _ = photo(0, depths_m=(4, 40))
+    locate(people, CAMERA, ADULTS)
+    precision, depth_m = solved[0]
+    # 4 cm, and 3 mm a metre of distance (METHOD: kerbs, slopes and cambered streets)
+    assert precision == pytest.approx(1 / np.hypot(0.04, 0.003 * depth_m))
+    assert np.ptp(depth_m) > 10
+
+
+def test_no_heading_is_surer_than_trunks_twist():
+    people, _ = photo(0, noise_px=0.1)
+    stated = replace(people, heading_rad=np.zeros(4), heading_sd_rad=np.full(4, 0.01))
+    assert (locate(stated, CAMERA, ADULTS).heading_sd_rad >= _TWIST_SD).all()
+
+
+def test_a_crops_unknown_centre_moves_everybody_aside_by_its_share_of_the_depth():
+    people, _ = photo(0, noise_px=0.1)
+    known, unknown = (locate(people, replace(CAMERA, principal_sd_px=s), ADULTS) for s in (0.0, 120.0))
+    aside = unknown.position_sd_m[:, 0] ** 2 - known.position_sd_m[:, 0] ** 2
+    assert np.sqrt(aside) == pytest.approx(unknown.positions_m[:, 2] * 120 / CAMERA.f_px, rel=0.2)
+
+
+def test_a_person_on_a_platform_that_nobody_stated_moves_the_others_little():
+    people, _ = photo(5, count=8, noise_px=0.3)
+    before, keypoints = locate(people, CAMERA, ADULTS), people.keypoints_px.copy()
+    keypoints[0, :, 1] -= 1.0 * CAMERA.f_px / before.positions_m[0, 2]
+    after = locate(People(COCO_17, keypoints, people.scores), CAMERA, ADULTS)
+    assert after.positions_m[1:, 2] == pytest.approx(before.positions_m[1:, 2], rel=0.05)
+
+
+def test_keypoints_at_the_edge_or_scarcely_believed_are_no_evidence():
+    people, _ = photo(0)
+    model = body_model(COCO_17)
+    keypoints, scores = people.keypoints_px.copy(), people.scores.copy()
+    keypoints[0, model.columns[0]] = (0.5, 500)  # within 0.2 % of the diagonal from the edge
+    scores[1, model.columns[1]] = 0.01
+    evidence = evidence_of(People(COCO_17, keypoints, scores), CAMERA, model)
+    expected = np.ones((4, len(model.columns)), dtype=bool)
+    expected[0, 0] = expected[1, 1] = False
+    assert np.array_equal(evidence.seen, expected & np.isfinite(people.keypoints_px[:, model.columns]).all(axis=-1))
+    assert not evidence.points[0, 0].any()
+    inside = evidence.seen[2]
+    pixels = people.keypoints_px[2, model.columns][inside]
+    assert evidence.points[2][inside] * CAMERA.f_px + (CAMERA.cx, CAMERA.cy) == pytest.approx(pixels)
+
+
+def test_noise_grows_with_the_body_down_to_what_a_detector_resolves():
+    people, _ = photo(0)
+    model = body_model(COCO_17)
+    evidence = evidence_of(people, CAMERA, model)
+    tiny, large = (1 / keypoint_precision(evidence, model, np.full(4, scale)) for scale in (1e-9, 1e3))
+    assert tiny[evidence.seen] == pytest.approx(evidence.resolution)
+    share = np.hypot(model.spread, evidence.waver)
+    assert large[evidence.seen] == pytest.approx(1e3 * share[evidence.seen])
+
+
+def test_the_first_look_finds_depth_heading_and_pitch():
+    people, truth = photo(3, noise_px=0.0, pitch=0.2)
+    model = body_model(COCO_17)
+    lengths = np.tile([1.70, 1.36, 0.51, 0.345, 0.063, 0.15], (4, 1))
+    start = look(evidence_of(people, CAMERA, model), lengths, shared_prior(CAMERA), model, np.ones(4))
+    posture, heading = np.divmod(start.cost.reshape(4, -1).argmin(axis=1), start.cost.shape[2])
+    found = np.exp(start.log_depth[np.arange(4), posture, heading])
+    assert found == pytest.approx(truth[:, 2], rel=0.12)
+    assert start.shared[PITCH] == pytest.approx(0.2, abs=0.06)
+    assert start.shared[HEIGHT] == pytest.approx(np.log(1.6), abs=0.25)
+
+
+def test_off_the_floor_feet_say_nothing_of_the_others():
+    people, _ = photo(0)
+    alone = LocateSettings(body_size="adults", off_floor={0, 1, 2, 3})
+    together, apart = locate(people, CAMERA, ADULTS), locate(people, CAMERA, alone)
+    assert (apart.position_sd_m[:, 2] > together.position_sd_m[:, 2]).all()
