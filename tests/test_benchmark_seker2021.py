@@ -7,12 +7,14 @@ import itertools
 import json
 import math
 import random
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
-from proxemetry.benchmark import Labels, Predictions, read_labels, read_predictions, score, score_files
+from proxemetry.benchmark import Labels, Prediction, Predictions, read_labels, read_predictions, score, score_files
 
 KORTE = Path(__file__).parent.parent.parent / "shared" / "data" / "korte"
 PARTS = ("Shoulder", "Eyes", "Torso", "Head")
@@ -272,3 +274,18 @@ def duplicated(labels: Labels, seed: int, folder: Path) -> Predictions:
     path = folder / "p.json"
     path.write_text(json.dumps({"images": images}))
     return read_predictions(path)
+
+
+def test_stated_distances_are_scored_in_place_of_positions():
+    """Positions 2 m apart, 1 m stated where the truth is 1 m: no error by what is stated, 100 % by positions."""
+    truth = np.array([[0.0, 0, 0], [1000, 0, 0], [0, 0, 5000]])
+    gaps = np.linalg.norm(truth[:, None] - truth[None], axis=-1)
+    given = Prediction(
+        "x.jpg", None, None, np.zeros((3, 4, 2)), 2 * truth, gaps, np.full((3, 3), np.nan), np.full((3, 3), np.nan)
+    )
+    stated = given.by_distances()
+    assert not stated.has_positions and stated.distances_mm == pytest.approx(gaps)
+    unplaced = replace(given, positions_mm=np.array([[0.0, 0, 0], [np.nan] * 3, [0, 0, 5000]]))
+    assert len(unplaced.by_distances()) == 2  # who has no position is no answer there
+    alone = replace(given, distances_mm=None)
+    assert alone.by_distances() is alone

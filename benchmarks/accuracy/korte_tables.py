@@ -17,6 +17,7 @@ from pathlib import Path
 
 from benchmarks.accuracy.compare_methods import score_methods
 from proxemetry.benchmark import PROTOCOLS, Predictions, Score, read_labels, score
+from proxemetry.benchmark.predictions import by_stated_distances
 from proxemetry.benchmark.tables import make_table
 from proxemetry.evaluate import predict_labels
 from proxemetry.locate import METHODS, LocateSettings
@@ -31,7 +32,10 @@ def score_annotated(folder: str, protocol: str, methods: Iterable[str] = tuple(M
     """Score methods on the annotated points under a protocol."""
     labels = read_labels(folder, errata=PROTOCOLS[protocol].errata)
     settings = {m: Settings(method=m, locate=LocateSettings(body_size="adults")) for m in methods}
-    return {m: score(labels, Predictions(predict_labels(labels, s), m), protocol) for m, s in settings.items()}
+    answers = {m: Predictions(predict_labels(labels, s), m) for m, s in settings.items()}
+    if protocol == "seker2021":
+        answers = by_stated_distances(answers)
+    return {m: score(labels, given, protocol) for m, given in answers.items()}
 
 
 def markdown(rows: list[list[str]]) -> str:

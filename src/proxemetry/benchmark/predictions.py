@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -46,6 +46,24 @@ class Prediction:
         """Whether anybody has a position."""
         return bool(np.isfinite(self.positions_mm).all(axis=1).any())
 
+    def by_distances(self) -> Prediction:
+        """Return the answer with its stated distances in place of positions, of the people who have a position.
+
+        The published protocol (Seker et al. 2021, section 3.3) takes one or the other. An answer without stated
+        distances between all of two or more people stays as it is.
+        """
+        kept = np.flatnonzero(np.isfinite(self.positions_mm).all(axis=1))
+        if self.distances_mm is None or len(kept) < 2:
+            return self
+        stated = self.distances_mm[np.ix_(kept, kept)]
+        if not np.isfinite(stated[np.triu_indices(len(kept), 1)]).all():
+            return self
+        pairs = np.ix_(kept, kept)
+        return replace(
+            self, points_px=self.points_px[kept], positions_mm=np.full((len(kept), 3), np.nan), distances_mm=stated,
+            low_mm=self.low_mm[pairs], high_mm=self.high_mm[pairs],
+        )  # fmt: skip
+
     def points_at(self, width: int, height: int) -> FloatArray:
         """Return the points in pixels of the same photo at another size."""
         return self.points_px * (width / (self.width or width), height / (self.height or height))
@@ -87,6 +105,15 @@ class Predictions:
     def __iter__(self) -> Iterator[Prediction]:
         return iter(self.images)
 
+    @property
+    def states_distances(self) -> bool:
+        """Whether any answer states distances besides positions."""
+        return any(image.distances_mm is not None and image.has_positions for image in self)
+
+    def by_distances(self) -> Predictions:
+        """Return the same answers with stated distances in place of positions (see `Prediction.by_distances`)."""
+        return Predictions(tuple(image.by_distances() for image in self), f"{self.source}, by stated distances")
+
     def named(self, filename: str) -> Prediction | None:
         """Return the answer for a photo, None where there is none; raises LabelsError where two names would fit."""
         for key in _keys(filename):
@@ -106,3 +133,13 @@ def _keys(filename: str) -> tuple[str, ...]:
     """The spellings under which a photo is looked for, the strictest first."""
     base = filename.replace("\\", "/").rsplit("/", 1)[-1]
     return tuple(dict.fromkeys((filename, base, base.lower())))
+
+
+def by_stated_distances(answers: Mapping[str, Predictions]) -> dict[str, Predictions]:
+    """Return methods that state distances by those, as the published protocol allows, with positions beside them."""
+    both: dict[str, Predictions] = {}
+    for method, given in answers.items():
+        both[method] = given.by_distances() if given.states_distances else given
+        if given.states_distances:
+            both[f"{method}-positions"] = given
+    return both

@@ -6,6 +6,7 @@ import argparse
 from pathlib import Path
 
 from ..benchmark import DEFAULT_PROTOCOL, PROTOCOLS, Predictions, Score, read_labels, score, write_predictions
+from ..benchmark.predictions import by_stated_distances
 from ..benchmark.report import comparison
 from ..benchmark.tables import TABLES
 from ..errors import OutputError, SettingsError
@@ -80,6 +81,8 @@ def run(args: argparse.Namespace) -> int:
         answers = _measured(args, settings)
     else:
         answers = {m: Predictions(predict_labels(labels, s), f"{m} on annotated points") for m, s in settings.items()}
+    if args.protocol == "seker2021":
+        answers = by_stated_distances(answers)
     scores = {m: score(labels, given, args.protocol) for m, given in answers.items()}
     if args.out:
         annotated = args.keypoints == "labels"  # these depend on the protocol, by its labels
