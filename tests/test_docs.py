@@ -54,3 +54,13 @@ def test_the_site_builds_and_fetches_nothing(tmp_path: Path) -> None:
         text = page.read_text()
         fetched = re.findall(r"""<(?:script|link|img|iframe)[^>]+(?:src|href)=["']?(https?://[^"'\s>]+)""", text)
         assert fetched == [], page.name
+
+
+@pytest.mark.parametrize(("page", "made"), [("cli", "cli_page"), ("api", "api_page")])
+def test_the_reference_is_what_the_program_says(page: str, made: str) -> None:
+    from docs import reference
+
+    if sys.version_info[:2] != (3, 11):
+        pytest.skip("argparse words its help otherwise in other versions of Python")
+    written = (ROOT / "docs" / f"{page}.md").read_text()
+    assert written == getattr(reference, made)(), "make it anew: python -m docs.reference"
