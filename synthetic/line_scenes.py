@@ -37,7 +37,7 @@ class LineScene:
     def down(self) -> FloatArray:
         """Gravity's direction in the camera frame."""
         pitch, roll = math.radians(self.pitch_deg), math.radians(self.roll_deg)
-        return np.array([math.sin(roll) * math.cos(pitch), math.cos(roll) * math.cos(pitch), math.sin(pitch)])
+        return np.array([-math.sin(roll) * math.cos(pitch), math.cos(roll) * math.cos(pitch), math.sin(pitch)])
 
 
 @dataclass(frozen=True)
@@ -194,17 +194,24 @@ def line_scene(kind: str, rng: Rng) -> LineScene:
     focal = diagonal * float(np.clip(np.exp(rng.normal(math.log(35), 0.5)), 14, 300)) / math.hypot(36, 24)
     pitch = float(rng.normal(0, 5) if rng.random() < 0.6 else rng.uniform(-20, 40))
     roll = float(rng.normal(0, 1.2 if rng.random() < 0.8 else 5.0))
-    centre = np.array([width, height]) / 2 + rng.normal(0, 0.006 * diagonal, 2)
+    return seen_by(kind, rng, width, height, focal, pitch, roll)
+
+
+def seen_by(
+    kind: str, rng: Rng, width: int, height: int, focal_px: float, pitch_deg: float, roll_deg: float
+) -> LineScene:  # fmt: skip
+    """Return one picture of a kind by a camera that is given, but for its principal point and how its lens bends."""
+    centre = np.array([width, height]) / 2 + rng.normal(0, 0.006 * math.hypot(width, height), 2)
     families = KINDS[kind](rng)
     straight = sum(family.count for family in families)
     bent = float(rng.normal(0, 0.01)) if rng.random() < 0.5 else 0.0
-    scene = LineScene(kind, np.zeros((0, 4)), width, height, focal, *centre.tolist(), pitch, roll)
+    scene = LineScene(kind, np.zeros((0, 4)), width, height, focal_px, *centre.tolist(), pitch_deg, roll_deg)
     pieces = [_seen(family, scene, rng, bent) for family in families]
     pieces.append(_stray_segments(scene, rng, int(straight * rng.uniform(0.05, 1.2)) + int(rng.integers(5, 40))))
     segments = np.concatenate(pieces)
     swapped = rng.random(len(segments)) < 0.5
     segments[swapped] = segments[swapped][:, [2, 3, 0, 1]]
-    return LineScene(kind, segments, width, height, focal, *centre.tolist(), pitch, roll)
+    return replace(scene, segments_px=segments)
 
 
 def _lengths(rng: Rng, count: int) -> FloatArray:
@@ -231,8 +238,8 @@ def _axes(scene: LineScene) -> FloatArray:
     """Return the matrix from the world (y along gravity) to the camera."""
     pitch, roll = math.radians(scene.pitch_deg), math.radians(scene.roll_deg)
     down = scene.down
-    right = np.array([math.cos(roll), -math.sin(roll), 0.0])
-    ahead = np.array([-math.sin(roll) * math.sin(pitch), -math.cos(roll) * math.sin(pitch), math.cos(pitch)])
+    right = np.array([math.cos(roll), math.sin(roll), 0.0])
+    ahead = np.array([math.sin(roll) * math.sin(pitch), -math.cos(roll) * math.sin(pitch), math.cos(pitch)])
     return np.stack([right, down, ahead], axis=1)
 
 

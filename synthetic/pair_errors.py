@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from proxemetry.camera import Camera
+from proxemetry.camera import Camera, Mount
 from proxemetry.distances import measure_distances
 from proxemetry.locate import LocateSettings, method_named
 from proxemetry.people import People
@@ -51,15 +51,16 @@ def record(
     camera_of: Callable[[SyntheticPhoto], Camera] = lambda photo: photo.camera,
     people_of: Callable[[SyntheticPhoto], People] = lambda photo: photo.people,
     group: Callable[[SyntheticPhoto, bool], str] = group_of,
+    mount_of: Callable[[SyntheticPhoto], Mount | None] = lambda photo: None,
 ) -> dict[str, Records]:  # fmt: skip
-    """Run methods over photos; camera_of and people_of say what they are told of each."""
+    """Run methods over photos; camera_of, people_of and mount_of say what they are told of each."""
     answer = {method: Records(method) for method in methods}
     for photo in photos:
-        people, camera = people_of(photo), camera_of(photo)
+        people, camera, mount = people_of(photo), camera_of(photo), mount_of(photo)
         feet = (people.scores[:, FEET] > 0).any(axis=1) if people.skeleton is COCO_17 else np.zeros(len(people), bool)
         for method, records in answer.items():
             begin = time.process_time()
-            bodies = method_named(method)(people, camera, settings or LocateSettings())
+            bodies = method_named(method)(people, camera, settings or LocateSettings(), mount)
             records.seconds += time.process_time() - begin
             records.people += len(people)
             distances = measure_distances(bodies)

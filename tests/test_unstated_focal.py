@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import warnings
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -13,6 +12,7 @@ from proxemetry import measure
 from proxemetry.camera import Camera, Doubt, FocalSource
 from proxemetry.camera.choice import PictureLines, choose_camera, with_gravity
 from proxemetry.camera.focal import FocalRequest, estimate_camera
+from proxemetry.camera.lines import gravity_from_lines
 from proxemetry.camera.lines.segments import segments_of, straight_segments
 from proxemetry.camera.published import quantile_mm
 from proxemetry.camera.unstated import without_statement
@@ -26,12 +26,12 @@ WIDTH, HEIGHT = 640, 480
 NOBODY = People.none(COCO_17)
 
 
-def drawn(pitch_deg: float = 8.0, focal_px: float = 600.0) -> Photo:
+def drawn(pitch_deg: float = 8.0, focal_px: float = 600.0, roll_deg: float = 0.0) -> Photo:
     """Return a picture of two walls at right angles, as white lines on black."""
     import cv2
 
     pixels = np.zeros((HEIGHT, WIDTH, 3), np.uint8)
-    scene = exact_scene(pitch_deg, 0.0, focal_px, WIDTH, HEIGHT, azimuths_deg=(35.0, 125.0), each=16)
+    scene = exact_scene(pitch_deg, roll_deg, focal_px, WIDTH, HEIGHT, azimuths_deg=(35.0, 125.0), each=16)
     for u0, v0, u1, v1 in scene.segments_px.tolist():
         ends = [(round(16 * (u - 0.5)), round(16 * (v - 0.5))) for u, v in ((u0, v0), (u1, v1))]
         cv2.line(pixels, ends[0], ends[1], (255, 255, 255), 2, cv2.LINE_AA, shift=4)
@@ -114,13 +114,19 @@ def test_lines_that_are_not_believed_change_little() -> None:
 
 
 def test_gravity_of_a_drawn_picture_becomes_a_mount_without_height() -> None:
-    photo = drawn(pitch_deg=12.0)
+    photo = drawn(pitch_deg=12.0, roll_deg=3.0)
     lines = PictureLines(photo, NOBODY)
-    estimate = replace(estimate_camera(photo, FocalRequest(focal_px=600)))
+    estimate = estimate_camera(photo, FocalRequest(focal_px=600))
+    assert estimate.camera is not None and lines.segments_px is not None
     mount = with_gravity(estimate, lines, None).mount
     assert mount is not None and math.isnan(mount.height_m)
     assert math.degrees(mount.pitch_rad) == pytest.approx(12, abs=0.6)
-    assert math.degrees(mount.roll_rad) == pytest.approx(0, abs=0.3)
+    assert math.degrees(mount.roll_rad) == pytest.approx(3, abs=0.3)
+    gravity = gravity_from_lines(lines.segments_px, estimate.camera)
+    p, r = mount.pitch_rad, mount.roll_rad
+    up = (math.sin(r) * math.cos(p), -math.cos(r) * math.cos(p), -math.sin(p))  # as docs/conventions.md has it
+    assert gravity is not None
+    np.testing.assert_allclose(-gravity.down, up, atol=1e-6)
 
 
 def test_segments_are_where_the_lines_are_and_not_in_people() -> None:

@@ -83,7 +83,7 @@ def york_cases(path: Path) -> Iterator[Case]:
         left, _, right = np.linalg.svd(labels)
         squared = left[:, : labels.shape[1]] @ right
         down, other = (v[:, vertical] * np.sign(v[1, vertical]) for v in (labels, squared))
-        yield Case(file[key].astype(float), YORK, _pitch(down), float(np.degrees(np.arctan2(down[0], down[1]))),
+        yield Case(file[key].astype(float), YORK, _pitch(down), float(np.degrees(np.arctan2(-down[0], down[1]))),
                    _pitch(other))  # fmt: skip
 
 

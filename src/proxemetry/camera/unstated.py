@@ -20,8 +20,7 @@ from .estimate import CameraEstimate, Candidate
 from .focal import flags_beside_focal
 from .frame import Frame, frame_of
 from .from_people.self_calibration import FocalPosterior, focal_posterior
-from .lines.focal import focal_profile
-from .lines.gravity import TRUSTED
+from .lines.focal import TRUSTED, focal_profile
 from .published import FULL_FRAME_DIAGONAL_MM, log_density
 from .sources import Doubt, Flag, FocalSource, Source
 

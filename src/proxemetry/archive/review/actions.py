@@ -37,7 +37,9 @@ def camera_request(value: Mapping[str, Any]) -> FocalRequest:
     sensor = value.get("sensor_mm")
     _need(sensor is None or _are_numbers(sensor, 2), "sensor_mm is a pair of numbers")
     return FocalRequest(
-        **lengths,
+        lengths["focal_mm"],
+        lengths["focal_35mm"],
+        lengths["focal_px"],
         sensor_mm=None if sensor is None else (float(sensor[0]), float(sensor[1])),
     )
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...arrays import FloatArray
-from .gravity import TOO_FEW, TRUSTED, checked
+from .gravity import TOO_FEW, checked
 from .mixture import Fitted, lines_of, nothing_cost, refined
 from .model import CENTRE, LOG_F, N_PARAMETERS, PITCH, PRIOR, Prior
 from .search import starts
@@ -24,6 +24,8 @@ _FINE: FloatArray = np.linspace(-0.3, 0.3, 13)
 #: What alone would be expected of a photo, log diagonals: 35 mm within a factor of two, so that nearly flat evidence
 #: does not run to the ends of the grid. The photo's own prior takes its place where everything is weighed together.
 _WEAK_PRIOR = (math.log(35 / 43.267), 0.7)
+#: An explanation less probable than this is none: a wrong one costs more here than in gravity, which people contradict.
+TRUSTED = 0.95
 #: 90 % intervals of log f wider than this tell little more than that it is a photo.
 WIDEST = 0.6
 OPEN = "the lines leave the focal length open"

@@ -35,7 +35,8 @@ class Gravity:
     """Gravity as the picture's straight segments show it.
 
     down: unit vector in the camera frame (x right, y down, z ahead). pitch_deg: positive where the camera looks down.
-    roll_deg: positive where down leans to the right of the picture. pitch_sd_deg, roll_sd_deg: standard deviations.
+    roll_deg: as in `bodies.Floor`, positive where down leans to the left of the picture. pitch_sd_deg, roll_sd_deg:
+    standard deviations.
     """
 
     down: FloatArray
@@ -120,4 +121,5 @@ def _answer(lines: Lines, fit: Fitted) -> Gravity | str:
     about = tilt - (pitch, roll)
     spread = np.einsum("h,hij->ij", near, covariance + about[:, :, None] * about[:, None])
     pitch_sd, roll_sd = np.degrees(np.sqrt(np.diagonal(spread))).tolist()
-    return Gravity(down_of(pitch, roll), math.degrees(pitch), math.degrees(roll), pitch_sd, roll_sd)
+    # the model's roll turns the other way
+    return Gravity(down_of(pitch, roll), math.degrees(pitch), -math.degrees(roll), pitch_sd, roll_sd)

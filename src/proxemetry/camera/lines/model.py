@@ -1,10 +1,10 @@
 """A camera among straight things: one vertical and two horizontal directions, and where they vanish in the picture.
 
 Lengths are in diagonals of the picture from its middle (or from a known principal point), so that the picture's size
-does not matter. A hypothesis is a row of `N_PARAMETERS` numbers: the camera's pitch (positive looking down) and roll,
-radians; the log of its focal length in diagonals; the azimuth of the first horizontal direction; how far the second is
-from being at right angles to it, radians; how far both slope (2, positive downwards), since streets do; and the
-principal point's shift (2).
+does not matter. A hypothesis is a row of `N_PARAMETERS` numbers: the camera's pitch (positive looking down) and roll
+(positive where down leans to the right), radians; the log of its focal length in diagonals; the azimuth of the first
+horizontal direction; how far the second is from being at right angles to it, radians; how far both slope (2, positive
+downwards), since streets do; and the principal point's shift (2).
 """
 
 from __future__ import annotations
