@@ -11,7 +11,7 @@ import numpy as np
 import uvicorn
 from PIL import Image, ImageDraw
 
-from proxemetry.archive.run import manifest_update as newcomers
+from proxemetry.archive.run import manifest_update
 from proxemetry.archive.store import parts
 from proxemetry.archive.store.folder import Folder
 from proxemetry.archive.store.photos import find_photos
@@ -95,7 +95,7 @@ def make_results(root: Path) -> Results:
 def write_results(location: Path, photos: Path, scenes: list[Scene]) -> Results:
     """Write a results folder holding these scenes of the photos in a folder."""
     folder = Folder(location)
-    listed = newcomers.frozen(folder, find_photos([str(photos)]))
+    listed = manifest_update.frozen(folder, find_photos([str(photos)]))
     by_name = {s.photo: s for s in scenes}
     for shard in range(listed.n_shards):
         records = [parts.record_of(by_name[item.photo]) for item in listed.items(shard)]

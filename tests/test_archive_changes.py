@@ -12,7 +12,7 @@ import pytest
 
 from proxemetry.archive.figures import overlays
 from proxemetry.archive.review.corrections import FILE, Log
-from proxemetry.archive.run import manifest_update as newcomers
+from proxemetry.archive.run import manifest_update
 from proxemetry.archive.run.run import run
 from proxemetry.archive.run.schedule import Note
 from proxemetry.archive.run.work import Job
@@ -54,7 +54,7 @@ def counting(monkeypatch):
 @pytest.fixture
 def measured(tmp_path, monkeypatch):
     """Return photos and the results folder of a run over them: five photos in two shards."""
-    monkeypatch.setattr(newcomers, "SHARDS_OF_A_SMALL_RUN", 2)
+    monkeypatch.setattr(manifest_update, "SHARDS_OF_A_SMALL_RUN", 2)
     photos, out = write_photos(tmp_path / "photos", 5), tmp_path / "out"
     run([str(photos)], job(out), jobs=0)
     return photos, out
@@ -198,7 +198,7 @@ def test_a_row_that_is_kept_is_kept_to_the_last_digit(measured):
     assert [r.file for r in after.values()] == [FileState(5, 6)] * len(before)
     same = [{**r.fields, "file_bytes": 0, "file_modified_ns": 0} for r in before.values()]
     assert [{**r.fields, "file_bytes": 0, "file_modified_ns": 0} for r in after.values()] == same
-    assert newcomers.frozen(folder, sorted(listed.names())).n_shards == listed.n_shards
+    assert manifest_update.frozen(folder, sorted(listed.names())).n_shards == listed.n_shards
 
 
 def test_a_file_that_is_not_there_has_no_state(tmp_path):

@@ -26,8 +26,7 @@ from hypothesis import strategies as st
 
 import proxemetry
 from proxemetry.archive.review.corrections import FILE, Log
-from proxemetry.archive.run import manifest_update as newcomers
-from proxemetry.archive.run import pool
+from proxemetry.archive.run import manifest_update, pool
 from proxemetry.archive.run.duplicates import copies, repeated
 from proxemetry.archive.run.run import run
 from proxemetry.archive.run.work import Job
@@ -92,12 +91,12 @@ def wait_for_parts(out, count, process):
 
 def test_shards_cover_every_photo_once(tmp_path):
     folder = Folder(tmp_path)
-    listed = newcomers.frozen(folder, [f"{i}.jpg" for i in range(1000)])
+    listed = manifest_update.frozen(folder, [f"{i}.jpg" for i in range(1000)])
     assert listed.n_shards == 63  # 1000 photos in shards of 16
     names = [item.photo for shard in range(listed.n_shards) for item in listed.items(shard)]
     assert Counter(names) == Counter(f"{i}.jpg" for i in range(1000))
     assert manifest.read(folder) == listed
-    assert newcomers.frozen(folder, [f"{i}.jpg" for i in range(1000)]) == listed
+    assert manifest_update.frozen(folder, [f"{i}.jpg" for i in range(1000)]) == listed
 
 
 def test_photos_that_came_later_get_shards_of_their_own(tmp_path):
@@ -222,10 +221,10 @@ def test_copies_are_found_by_size_and_end(files, n_new):
 def test_a_thousand_like_files_do_not_make_one_shard():
     twins = np.full(2000, -1)
     twins[100:1900] = 100
-    shards, earlier = newcomers.shards_of(twins, first=7)
+    shards, earlier = manifest_update.shards_of(twins, first=7)
     sizes = np.bincount(shards)[7:]
     assert sizes.min() > 0  # numbered without a gap
-    assert sizes.max() <= (1 + newcomers.COPIES_A_SHARD) * 32
+    assert sizes.max() <= (1 + manifest_update.COPIES_A_SHARD) * 32
     assert sizes.sum() == 2000
     home = shards[100]
     assert set(earlier[100:1900][shards[100:1900] == home]) == {-1}
@@ -293,7 +292,7 @@ def test_a_photo_that_ends_its_process_becomes_a_row(tmp_path):
 
 
 def test_a_shard_is_taken_apart_for_a_photo_that_ends_its_process(tmp_path, monkeypatch):
-    monkeypatch.setattr(newcomers, "SHARDS_OF_A_SMALL_RUN", 2)
+    monkeypatch.setattr(manifest_update, "SHARDS_OF_A_SMALL_RUN", 2)
     photos = write_photos(tmp_path / "photos", 9)
     outcome = run([str(photos)], job(tmp_path / "out", "killed_by_seven"), jobs=2)
     assert outcome.n_shards == 2

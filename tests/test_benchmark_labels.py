@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from proxemetry.benchmark import load_errata, read_labels
-from proxemetry.benchmark.check import check_labels
+from proxemetry.benchmark.validate_labels import check_labels
 from proxemetry.cli import main
 from proxemetry.errors import LabelsError
 
@@ -179,7 +179,7 @@ def spread(angles: np.ndarray) -> float:
 
 def test_the_benchmark_needs_numpy_alone() -> None:
     code = (
-        "import sys, proxemetry.benchmark.tables, proxemetry.benchmark.check, proxemetry.cli.score;"
+        "import sys, proxemetry.benchmark.tables, proxemetry.benchmark.validate_labels, proxemetry.cli.score;"
         "heavy = {'cv2', 'matplotlib', 'duckdb', 'scipy', 'PIL', 'starlette', 'pooch', 'tqdm'} & set(sys.modules);"
         "sys.exit(', '.join(sorted(heavy)) or 0)"
     )

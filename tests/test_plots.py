@@ -23,10 +23,10 @@ from proxemetry.measure import place
 from proxemetry.people import People
 from proxemetry.people.skeleton import COCO_17
 from proxemetry.photo import Photo
-from proxemetry.plots.choice import PERSON_COLOURS, footnote, line_colours, metres_text, pairs_shown, text_on
 from proxemetry.plots.faces import heads_px, pixelated
 from proxemetry.plots.geometry import ground_positions
 from proxemetry.plots.lettering import draw_badges, to_points
+from proxemetry.plots.pair_selection import PERSON_COLOURS, footnote, line_colours, metres_text, pairs_shown, text_on
 from proxemetry.plots.placement import along
 from proxemetry.plots.placement import place as place_labels
 from proxemetry.plots.zone_colours import ZONE_COLOURS
@@ -244,7 +244,7 @@ def test_pyplot_is_never_loaded() -> None:
 
 
 def test_a_pair_whose_interval_says_more_than_its_number_is_marked():
-    from proxemetry.plots.choice import line_styles, pair_text, short_pair_text
+    from proxemetry.plots.pair_selection import line_styles, pair_text, short_pair_text
 
     scene = drawn_scene([(0.0, 5.0), (1.0, 5.0)])
     metres = scene.distances

@@ -22,7 +22,7 @@ import time
 from pathlib import Path
 
 from benchmarks.speed.recorded_archive import name_of, write_keypoints
-from proxemetry.archive.run import manifest_update as newcomers
+from proxemetry.archive.run import manifest_update
 from proxemetry.archive.run.run import run
 from proxemetry.archive.run.schedule import Note, Progress
 from proxemetry.archive.run.work import Job
@@ -129,7 +129,7 @@ def _make(root: Path, count: int) -> None:
     out.mkdir(exist_ok=True)
     (out / RUN_FILE).write_bytes((template / RUN_FILE).read_bytes())
     started, before = time.perf_counter(), os.times()
-    listed = newcomers.frozen(folder, find_photos([str(photos)]))
+    listed = manifest_update.frozen(folder, find_photos([str(photos)]))
     print(f"listed and frozen in {_elapsed(started, before)}")
     metadata = json.loads((template / RUN_FILE).read_text())["metadata"]
     _copy_parts(template, folder, listed, metadata)

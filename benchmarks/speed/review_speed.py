@@ -21,7 +21,7 @@ import numpy as np
 from playwright.sync_api import Page, sync_playwright
 
 from proxemetry import __version__
-from proxemetry.archive.run import manifest_update as newcomers
+from proxemetry.archive.run import manifest_update
 from proxemetry.archive.store import parts
 from proxemetry.archive.store.folder import Folder
 from proxemetry.archive.store.photos import find_photos
@@ -75,7 +75,7 @@ def make_run(root: Path, count: int) -> str:
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_bytes(content + number.to_bytes(4, "big"))
     results = Folder(root / "results")
-    listed = newcomers.frozen(results, find_photos([str(photos)]))
+    listed = manifest_update.frozen(results, find_photos([str(photos)]))
     for shard in range(listed.n_shards):
         records = []
         for item in listed.items(shard):

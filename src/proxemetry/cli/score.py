@@ -7,10 +7,10 @@ import sys
 from pathlib import Path
 
 from ..benchmark import DEFAULT_PROTOCOL, PROTOCOLS, Score, score_files
-from ..benchmark.check import check_labels
 from ..benchmark.figures import plot_score, plot_table
 from ..benchmark.report import comparison, to_text
 from ..benchmark.tables import TABLES, make_table
+from ..benchmark.validate_labels import check_labels
 from ..errors import OutputError, SettingsError
 from . import DONE, SOME_FAILED
 

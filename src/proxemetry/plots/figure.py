@@ -15,7 +15,7 @@ from matplotlib.patches import Patch
 from ..distances import UNCERTAIN, ZONES
 from ..photo import Photo
 from ..scene import Scene
-from .choice import footnote, headline, pairs_shown
+from .pair_selection import footnote, headline, pairs_shown
 from .photo_panel import draw_photo
 from .plan_panel import draw_plan
 from .zone_colours import ZONE_COLOURS

@@ -14,7 +14,7 @@ from matplotlib.patheffects import Stroke, withStroke
 from matplotlib.textpath import TextPath
 
 from ..arrays import FloatArray
-from .choice import text_on
+from .pair_selection import text_on
 from .placement import along, place
 
 _NOTHING = np.zeros((0, 4))

@@ -11,10 +11,10 @@ from ..arrays import FloatArray
 from ..distances import Distances
 from ..photo import RGBArray
 from ..scene import Scene
-from .choice import UNPLACED_COLOUR, colour_of, line_colours, line_styles, pair_text
 from .faces import heads_px, pixelated
 from .geometry import anchors_px
 from .lettering import badge_radius_pt, draw_badges, draw_pair_labels, to_points
+from .pair_selection import UNPLACED_COLOUR, colour_of, line_colours, line_styles, pair_text
 from .placement import around
 
 _BLANK = (232, 233, 235)

@@ -13,9 +13,9 @@ from matplotlib.patheffects import Normal, Stroke
 from ..arrays import FloatArray
 from ..intervals import CHI2_2D
 from ..scene import Scene
-from .choice import colour_of, line_colours, line_styles, short_pair_text
 from .geometry import ellipse, field_of_view, ground_positions
 from .lettering import badge_radius_pt, draw_badges, draw_pair_labels, panel_box, to_points
+from .pair_selection import colour_of, line_colours, line_styles, short_pair_text
 from .placement import around
 
 _PAPER, _GRID, _INK = "#FBFBF9", "#DEDEDA", "#555555"

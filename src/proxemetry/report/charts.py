@@ -7,7 +7,7 @@ from collections.abc import Callable
 from html import escape
 
 from ..distances import UNCERTAIN, ZONE_LIMITS_M, ZONES, zone_of
-from ..plots.choice import text_on
+from ..plots.pair_selection import text_on
 from ..plots.zone_colours import ZONE_COLOURS
 from .numbers import EDGES_M, Distances, Share
 

@@ -9,7 +9,7 @@ from html import escape
 from typing import Any
 
 from ..distances import UNCERTAIN, ZONES
-from ..plots.choice import metres_text
+from ..plots.pair_selection import metres_text
 from .charts import histogram, legend, zone_bar
 from .numbers import Distances, Group, Numbers, Pair, Share, names_of
 from .wording import CITE, LIMITS, METHODS, STYLE

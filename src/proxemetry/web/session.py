@@ -13,7 +13,7 @@ from ..archive.review.actions import Action
 from ..archive.review.agreement import Agreement, agreement
 from ..archive.review.corrections import FileKey, by_file, in_force
 from ..archive.review.edits import applied
-from ..archive.store.index import Summary, summary_of
+from ..archive.store.index import PhotoCard, card_of
 from ..errors import PhotoError, SettingsError
 from ..scene import Scene
 from .pictures import PictureCache, jpeg
@@ -23,7 +23,7 @@ from .view import scene_view, summary_view
 
 PAGE_SIZE = 60
 #: What a correction may also be kept for -> what photos share then, None where nothing is known.
-SCOPES: dict[str, Callable[[Summary], str | None]] = {"folder": lambda s: s.group, "camera": lambda s: s.camera}
+SCOPES: dict[str, Callable[[PhotoCard], str | None]] = {"folder": lambda s: s.group, "camera": lambda s: s.camera}
 _SCENES_KEPT = 64
 
 
@@ -42,7 +42,7 @@ class Query:
 
 
 #: Filter -> whether a photo with these marks (actions in force) belongs to it.
-FILTERS: dict[str, Callable[[Summary, frozenset[str]], bool]] = {
+FILTERS: dict[str, Callable[[PhotoCard, frozenset[str]], bool]] = {
     "all": lambda s, m: True,
     "unchecked": lambda s, m: "checked" not in m,
     "pairs": lambda s, m: s.n_pairs > 0,
@@ -60,7 +60,7 @@ def _missing_last(value: float, descending: bool = False) -> tuple[bool, float]:
 
 
 #: Sort -> its key; ties stay in the order of the names.
-SORTS: dict[str, Callable[[Summary], Any]] = {
+SORTS: dict[str, Callable[[PhotoCard], Any]] = {
     "name": lambda s: 0,
     "uncertain": lambda s: _missing_last(s.spread, descending=True),
     "nearest": lambda s: _missing_last(s.nearest_m),
@@ -85,18 +85,18 @@ class Review:
         self._load()
 
     def _load(self) -> None:
-        self._summaries = self.store.summaries()
+        self._summaries = self.store.cards()
         self._actions = by_file(in_force(self.store.log.actions(who=self.who if self.blind else None)))
         if self.blind:  # the index shows everybody's corrections
             for identity, summary in enumerate(self._summaries):
                 if summary.corrections or summary.status == "excluded":
-                    self._summaries[identity] = summary_of(self._scene(summary))
+                    self._summaries[identity] = card_of(self._scene(summary))
         self._orders.clear()
 
-    def _key(self, summary: Summary) -> FileKey:
+    def _key(self, summary: PhotoCard) -> FileKey:
         return FileKey(summary.sha256, "" if summary.sha256 else summary.photo)
 
-    def _marks(self, summary: Summary) -> frozenset[str]:
+    def _marks(self, summary: PhotoCard) -> frozenset[str]:
         return frozenset(a.action for a in self._actions.get(self._key(summary), ()))
 
     def _measured_scene(self, photo: str) -> Scene:
@@ -107,7 +107,7 @@ class Review:
         self._measured.move_to_end(photo)
         return self._measured[photo]
 
-    def _scene(self, summary: Summary) -> Scene:
+    def _scene(self, summary: PhotoCard) -> Scene:
         return self._corrected(self._measured_scene(summary.photo))
 
     def _corrected(self, scene: Scene) -> Scene:
@@ -121,7 +121,7 @@ class Review:
         self._applied.move_to_end(key)
         return self._applied[key]
 
-    def _summary(self, identity: int) -> Summary:
+    def _summary(self, identity: int) -> PhotoCard:
         if not 0 <= identity < len(self._summaries):
             raise LookupError(f"there is no photo number {identity}")
         return self._summaries[identity]
@@ -219,7 +219,7 @@ class Review:
                 self._take_in(identity, scene, left)
             return undone
 
-    def _caught_up(self, identity: int) -> Summary:
+    def _caught_up(self, identity: int) -> PhotoCard:
         """Return a photo's summary with what another reviewer, in a program of their own, did to it in the meantime."""
         key = self._key(self._summary(identity))
         actions = in_force(self.store.log.actions(key, who=self.who if self.blind else None))
@@ -229,7 +229,7 @@ class Review:
 
     def _take_in(self, identity: int, scene: Scene, actions: list[Action]) -> None:
         self._actions[FileKey.of(scene)] = actions
-        self._summaries[identity] = summary_of(self._corrected(scene))
+        self._summaries[identity] = card_of(self._corrected(scene))
 
     def picture(self, identity: int, long_side_px: int) -> bytes:
         """Return a photo as JPEG without metadata; raises PhotoError where the file is gone or another one."""
@@ -253,7 +253,7 @@ class Review:
     def added(self, photo: str) -> int:
         """Take in what the store has just got; return the number of one of its photos."""
         with self._lock:
-            fresh = self.store.summaries()
+            fresh = self.store.cards()
             self._summaries.extend(fresh[len(self._summaries) :])
             self._orders.clear()
             return next(i for i, s in enumerate(self._summaries) if s.photo == photo)

@@ -13,7 +13,7 @@ from typing import Any, Protocol
 from ..archive.review.actions import Action
 from ..archive.review.corrections import FILE, Log
 from ..archive.store.folder import is_url
-from ..archive.store.index import Summary, summaries, summary_of
+from ..archive.store.index import PhotoCard, card_of, cards
 from ..archive.store.results import Results
 from ..archive.store.scratch import scratch_folder, sweep_scratch
 from ..errors import PhotoError, SettingsError
@@ -38,7 +38,7 @@ class Store(Protocol):
         """Return what the page says of all of them."""
         ...
 
-    def summaries(self) -> list[Summary]:
+    def cards(self) -> list[PhotoCard]:
         """Return what is known of each at a glance."""
         ...
 
@@ -76,9 +76,9 @@ class FolderStore:
             "method": (run.get("settings") or {}).get("method"),
         }
 
-    def summaries(self) -> list[Summary]:
-        """Return all photos' summaries."""
-        return summaries(self.results)
+    def cards(self) -> list[PhotoCard]:
+        """Return all photos' cards."""
+        return cards(self.results)
 
     def scenes(self, photos: Iterable[str] | None) -> Iterator[Scene]:
         """Yield scenes as measured."""
@@ -115,11 +115,11 @@ class DropStore:
         """Return that there is no folder."""
         return {"mode": "drop", "folder": None, "version": None, "pose": None, "method": None}
 
-    def summaries(self) -> list[Summary]:
-        """Return the summaries in the order of arrival."""
+    def cards(self) -> list[PhotoCard]:
+        """Return the cards in the order of arrival."""
         with self._lock:
             scenes = list(self._scenes.values())
-        return [summary_of(scene) for scene in scenes]
+        return [card_of(scene) for scene in scenes]
 
     def scenes(self, photos: Iterable[str] | None) -> Iterator[Scene]:
         """Yield scenes as measured."""

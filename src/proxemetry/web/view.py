@@ -10,13 +10,13 @@ import numpy as np
 
 from ..archive.review.actions import Action
 from ..archive.review.edits import joints_to_click
-from ..archive.store.index import Summary
+from ..archive.store.index import PhotoCard
 from ..arrays import FloatArray
 from ..distances import UNCERTAIN
 from ..intervals import HALF_WIDTH_SD
-from ..plots.choice import UNPLACED_COLOUR, camera_text, colour_of, pairs_shown, text_on
 from ..plots.faces import heads_px
 from ..plots.geometry import anchors_px, ellipse, field_of_view, ground_positions
+from ..plots.pair_selection import UNPLACED_COLOUR, camera_text, colour_of, pairs_shown, text_on
 from ..plots.zone_colours import ZONE_COLOURS
 from ..scene import Scene
 
@@ -32,7 +32,7 @@ def numbers(values: Iterable[float], digits: int = 4) -> list[float | None] | No
     return found if any(v is not None for v in found) else None
 
 
-def summary_view(identity: int, summary: Summary, marks: Sequence[str]) -> dict[str, Any]:
+def summary_view(identity: int, summary: PhotoCard, marks: Sequence[str]) -> dict[str, Any]:
     """Return a card of the gallery; marks: "checked", "note" and so on."""
     return {
         "id": identity,

@@ -12,7 +12,7 @@ T = TypeVar("T")
 _SECONDS_TO_END = 2.0
 
 
-class Beside(Generic[T]):
+class BackgroundTask(Generic[T]):
     """A thread that does `work` once. `close` ends it, wherever it is: the work asks `stopped` now and then."""
 
     def __init__(self, work: Callable[[], T]) -> None:

@@ -17,15 +17,15 @@ from ..store.file_state import FileState
 from ..store.folder import Folder, is_url, open_filesystem
 from ..store.manifest import Manifest
 from ..store.photos import locate
-from .background import Beside
-from .manifest_update import Newcomers
+from .background import BackgroundTask
+from .manifest_update import ManifestUpdate
 
 #: Looks at files that wait for a disk or a server at a time, and rows read at once.
 _THREADS, _ROWS_AT_ONCE = 16, 4096
 
 
 @dataclass(frozen=True)
-class Found:
+class ChangedFiles:
     """What a look at the files found. shards: to be done again. unlike: photos whose file has another size or date.
 
     gone: photos whose file is not there any more, of which `example` is one.
@@ -37,29 +37,29 @@ class Found:
     example: str = ""
 
 
-class Changes(Beside[Found]):
-    """A thread that looks at the files of the measured photos, once the newcomers are known and `begin` was called.
+class FileScan(BackgroundTask[ChangedFiles]):
+    """A thread that looks at the files of the measured photos, once the manifest is updated and `begin` was called.
 
     A million files take some seconds to look at, over a network minutes: meanwhile what is new is measured. is_mine:
     which shards this run does. `close` ends the thread, wherever it is.
     """
 
-    def __init__(self, folder: Folder, newcomers: Newcomers, is_mine: Callable[[int], bool]) -> None:
+    def __init__(self, folder: Folder, update: ManifestUpdate, is_mine: Callable[[int], bool]) -> None:
         self._duck = attached(folder).cursor()  # a thread needs one of its own
-        super().__init__(lambda: self._looked(folder, newcomers, is_mine))
+        super().__init__(lambda: self._looked(folder, update, is_mine))
 
-    def _looked(self, folder: Folder, newcomers: Newcomers, is_mine: Callable[[int], bool]) -> Found:
+    def _looked(self, folder: Folder, update: ManifestUpdate, is_mine: Callable[[int], bool]) -> ChangedFiles:
         self.gate.wait()
         if self.stopped.is_set():
-            return Found()
-        manifest = newcomers.result()
+            return ChangedFiles()
+        manifest = update.result()
         there = [s for s in sorted(parts.finished(folder)) if s < manifest.n_shards and is_mine(s)]
         return self._look(folder, manifest, there)
 
-    def _look(self, folder: Folder, manifest: Manifest, shards: list[int]) -> Found:
+    def _look(self, folder: Folder, manifest: Manifest, shards: list[int]) -> ChangedFiles:
         root = manifest.moved_to or manifest.root
         if root is None or not shards:
-            return Found()
+            return ChangedFiles()
         again: set[int] = set()
         unlike, gone, example = 0, 0, ""
         state_of = _states(root)
@@ -74,7 +74,7 @@ class Changes(Beside[Found]):
                     elif state != (None if size is None else FileState(size, modified_ns)):
                         unlike += 1
                         again.add(shard)
-        return Found(frozenset(again), unlike, gone, example)
+        return ChangedFiles(frozenset(again), unlike, gone, example)
 
     def _measured(self, folder: Folder, shards: list[int]) -> Iterator[list[tuple[Any, ...]]]:
         """Yield name, size, date and shard of measured photos, many at a time."""
@@ -90,7 +90,7 @@ class Changes(Beside[Found]):
         """Let it look: what is to be measured anyhow has been begun with."""
         self.gate.set()
 
-    def result(self) -> Found:
+    def result(self) -> ChangedFiles:
         """Wait for what is found; raises what went wrong."""
         self.begin()
         return super().result()

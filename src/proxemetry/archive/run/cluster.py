@@ -1,4 +1,4 @@
-"""A crew on a Ray cluster: actors hold the back ends, a shard is a piece of work, the actor writes its own part.
+"""Workers on a Ray cluster: actors hold the back ends, a shard is a piece of work, the actor writes its own part.
 
 Ray schedules; what was done is known from the parts alone, as everywhere.
 """
@@ -49,7 +49,7 @@ class _Worker:
 
 
 @dataclass
-class RayCrew:
+class RayWorkers:
     """One actor a processor of the cluster, or `jobs` of them.
 
     RAY_ADDRESS names a running cluster; without it one is started on this machine for this run. The results folder

@@ -17,7 +17,7 @@ from ..store.folder import Folder, is_url
 from ..store.manifest import SCHEMA, Manifest, name_of, paths, read
 from ..store.parts import finished, measured_files
 from ..store.photos import Listing, Search, locate
-from .background import Beside
+from .background import BackgroundTask
 from .duplicates import Copies, Ends, Sizes, copies, ends_of, repeated, sha256_of, sizes_of
 
 #: A shard is what a killed process loses: a few minutes at most. Small runs get shards of single photos.
@@ -28,7 +28,7 @@ COPIES_A_SHARD = 3
 _FILES_COMPARED = 8
 
 
-class Newcomers(Beside[Manifest]):
+class ManifestUpdate(BackgroundTask[Manifest]):
     """A thread that lists the photos named and, once allowed, appends those that are new to the manifest.
 
     An archive of a million photos takes a while to walk, over a network minutes: meanwhile what is known already can
@@ -68,12 +68,12 @@ def frozen(folder: Folder, listing: Listing | Sequence[str]) -> Manifest:
 
     listing: photos as found, or names of recorded photos. Several machines may do this at once: one of them writes.
     """
-    newcomers = Newcomers(folder, listing if not isinstance(listing, Listing) else Search.of(listing), read(folder))
-    newcomers.allow()
+    update = ManifestUpdate(folder, listing if not isinstance(listing, Listing) else Search.of(listing), read(folder))
+    update.allow()
     try:
-        return newcomers.result()
+        return update.result()
     finally:
-        newcomers.close()
+        update.close()
 
 
 def compared(
@@ -131,7 +131,7 @@ def append(folder: Folder, manifest: Manifest, new: Sequence[str], duck: Any) ->
         sizes, alike, older_shards = _alike(folder, manifest, root, new, duck)
     shards, earlier = shards_of(alike.twin, manifest.n_shards)
     older_shards = np.where(older_shards >= 0, older_shards, earlier)
-    duck.register("newcomers", {
+    duck.register("new_photos", {
         "shard": shards, "photo": np.array(new, dtype=object), "bytes": sizes, "twin": alike.twin,
         "original_shard": older_shards,
     })  # fmt: skip
@@ -139,11 +139,11 @@ def append(folder: Folder, manifest: Manifest, new: Sequence[str], duck: Any) ->
     with folder.scratch() as path:
         duck.execute(
             "COPY (SELECT shard::INTEGER AS shard, photo::VARCHAR AS photo, nullif(bytes, -1) AS bytes, "
-            "nullif(twin, -1) AS twin, nullif(original_shard, -1)::INTEGER AS original_shard FROM newcomers "
+            "nullif(twin, -1) AS twin, nullif(original_shard, -1)::INTEGER AS original_shard FROM new_photos "
             f"ORDER BY shard, photo) TO {quoted(path)} "
             f"(FORMAT parquet, COMPRESSION zstd, ROW_GROUP_SIZE 20480, KV_METADATA {{proxemetry: {header}}})"
         )
-        duck.unregister("newcomers")
+        duck.unregister("new_photos")
         with open(path, "rb") as file:
             return folder.create(name_of(manifest.files), file.read())
 

@@ -17,7 +17,7 @@ from typing import Any
 
 from ...errors import ModelError, ProxemetryError
 from .work import Finished, Job, Measurer, Task, quiet_threads
-from .workers import Died, Done, Event, Ticked, require_same_networks
+from .workers import Died, Done, Event, PhotoDone, require_same_networks
 
 _STARTS_BEFORE_GIVING_UP = 3
 _SECONDS_TO_END = 5.0
@@ -129,7 +129,7 @@ class Pool:
                 self._failed_starts = 0
             case ("photo",):
                 assert worker.task is not None
-                self._events.append(Ticked(worker.task))
+                self._events.append(PhotoDone(worker.task))
             case ("done", Finished() as finished):
                 assert worker.task is not None
                 self._events.append(Done(worker.task, finished))

@@ -23,11 +23,11 @@ from ..store.parts import Counts
 from ..store.photos import Search, search
 from ..store.results import Results, forget, write_run
 from ..store.scratch import sweep_scratch
-from .changed_files import Changes
-from .manifest_update import Newcomers
+from .changed_files import FileScan
+from .manifest_update import ManifestUpdate
 from .schedule import Note, Pass, Progress, Schedule
 from .work import Job
-from .workers import Crew, OwnProcess
+from .workers import InlineWorker, WorkerPool
 
 ENGINES = ("local", "ray")
 MAX_JOBS = 1024
@@ -87,30 +87,30 @@ def run(
         _repair(folder, on_progress)
     _sweep(folder)
     sweep_scratch()
-    crew, newcomers, changes = _crew(job, jobs, engine), None, None
+    workers, update, scan = _workers(job, jobs, engine), None, None
     is_mine = partial(_is_mine, share=shard)
     try:
         listed, there = _listed(folder), parts.finished(folder)
         if named is not None:
-            newcomers = Newcomers(folder, named, listed)
-        crew.load()
-        identity = Identity(__version__, crew.pose, dict(crew.models), _settings(job))
+            update = ManifestUpdate(folder, named, listed)
+        workers.load()
+        identity = Identity(__version__, workers.pose, dict(workers.models), _settings(job))
         _join(folder, identity, there)
-        listed, later = _begun(folder, named, listed, newcomers)
-        changes = None if newcomers is None else Changes(folder, newcomers, is_mine)
-        schedule = Schedule(crew, job, folder, listed, identity.metadata(), on_progress, later, changes, is_mine)
+        listed, later = _begun(folder, named, listed, update)
+        scan = None if update is None else FileScan(folder, update, is_mine)
+        schedule = Schedule(workers, job, folder, listed, identity.metadata(), on_progress, later, scan, is_mine)
         if measured := sum(listed.shard_sizes[s] for s in there if s < listed.n_shards):
             on_progress(Note(f"{measured} of {len(listed)} photos are measured already"))
         found = schedule.run(s for s in range(listed.n_shards) if s not in there and is_mine(s))
         if found.counts.again:
             on_progress(Note(_said_again(found.counts.again)))
-        if newcomers is not None and newcomers.passed_over:
-            on_progress(Note(newcomers.passed_over))
+        if update is not None and update.passed_over:
+            on_progress(Note(update.passed_over))
     finally:
-        for thread in (newcomers, changes):
+        for thread in (update, scan):
             if thread is not None:
                 thread.close()
-        crew.close()
+        workers.close()
         _sweep(folder)  # after a refusal as well: a worker may have been too busy to unwind
     _require_own(folder, found.manifest, is_mine)
     return _concluded(folder, found, safe_distance_m, on_progress)
@@ -171,17 +171,17 @@ def _listed(folder: Folder) -> Manifest | None:
 
 
 def _begun(
-    folder: Folder, named: Search | Sequence[str] | None, listed: Manifest | None, newcomers: Newcomers | None
-) -> tuple[Manifest, Newcomers | None]:
+    folder: Folder, named: Search | Sequence[str] | None, listed: Manifest | None, update: ManifestUpdate | None
+) -> tuple[Manifest, ManifestUpdate | None]:
     """Return the manifest to begin with, and what may still come: a resumed run does not wait for the walk."""
-    if newcomers is None:
+    if update is None:
         if listed is None:
             raise OutputError(f"{folder.location}: no run to go on with there; name the photos to measure")
         return listed, None
-    newcomers.allow()
+    update.allow()
     if listed is not None and isinstance(named, Search) and named.root == (listed.moved_to or listed.root):
-        return listed, newcomers
-    return newcomers.result(), None
+        return listed, update
+    return update.result(), None
 
 
 def _said_again(count: int) -> str:
@@ -190,13 +190,13 @@ def _said_again(count: int) -> str:
     return f"{count} photos had been replaced since they were measured, and were measured again"
 
 
-def _crew(job: Job, jobs: int | None, engine: str) -> Crew:
+def _workers(job: Job, jobs: int | None, engine: str) -> WorkerPool:
     if engine == "ray":
-        from .cluster import RayCrew
+        from .cluster import RayWorkers
 
-        return RayCrew(job, jobs)
+        return RayWorkers(job, jobs)
     if jobs == 0:
-        return OwnProcess(job)
+        return InlineWorker(job)
     from .pool import Pool, default_jobs
 
     return Pool(job, min(jobs or default_jobs(), MAX_JOBS))

@@ -10,10 +10,10 @@ from ..store import parts
 from ..store.folder import Folder
 from ..store.manifest import Item, Manifest
 from ..store.parts import Counts, Record
-from .changed_files import Changes, Found
-from .manifest_update import Newcomers
+from .changed_files import ChangedFiles, FileScan
+from .manifest_update import ManifestUpdate
 from .work import Finished, Job, Task, died
-from .workers import Crew, Died, Done, Ticked
+from .workers import Died, Done, PhotoDone, WorkerPool
 
 #: How often a photo may end the process that measures it, before its row says so: a process may also be killed by
 #: whoever else needs the memory.
@@ -48,7 +48,7 @@ class Pass:
 
 
 @dataclass
-class _Apart:
+class SingleFileRetry:
     """A shard being measured photo by photo, after a worker died of it."""
 
     rows: dict[str, Record] = field(default_factory=dict[str, Record])
@@ -63,22 +63,22 @@ class Schedule:
     measured again.
     """
 
-    crew: Crew
+    workers: WorkerPool
     job: Job
     folder: Folder
     manifest: InitVar[Manifest]
     metadata: Mapping[str, str]
     on_progress: Callable[[Progress | Note], None] = lambda _: None
-    later: InitVar[Newcomers | None] = None
-    changed: InitVar[Changes | None] = None
+    later: InitVar[ManifestUpdate | None] = None
+    changed: InitVar[FileScan | None] = None
     is_mine: Callable[[int], bool] = lambda _: True
 
-    def __post_init__(self, manifest: Manifest, later: Newcomers | None, changed: Changes | None) -> None:
+    def __post_init__(self, manifest: Manifest, later: ManifestUpdate | None, changed: FileScan | None) -> None:
         self._manifest, self._later, self._changed = manifest, later, changed
         self._waiting: deque[int] = deque()
         self._unfinished: set[int] = set()
         self._alone: deque[Task] = deque()
-        self._apart: dict[int, _Apart] = {}
+        self._apart: dict[int, SingleFileRetry] = {}
         self._running: dict[Task, int] = {}
         self._counts, self._photos, self._total = Counts(), 0, 0
 
@@ -102,7 +102,7 @@ class Schedule:
         self._unfinished.update(new)
         self._total += sum(self._manifest.shard_sizes[s] for s in new)
         if new:
-            self.crew.expect(self._total - self._photos)
+            self.workers.expect(self._total - self._photos)
             self._tell()
 
     def _take_in(self, manifest: Manifest) -> None:
@@ -110,7 +110,7 @@ class Schedule:
         before, self._manifest, self._later = self._manifest.n_shards, manifest, None
         self._extend(s for s in range(before, manifest.n_shards) if self.is_mine(s))
 
-    def _take_up(self, found: Found) -> None:
+    def _take_up(self, found: ChangedFiles) -> None:
         """Do the shards again in which photos are not what was measured."""
         self._changed = None
         if found.gone:
@@ -128,10 +128,10 @@ class Schedule:
         self.on_progress(Note(text))
 
     def _step(self) -> None:
-        while self.crew.idle() and (task := self._next()) is not None:
+        while self.workers.idle() and (task := self._next()) is not None:
             self._running[task] = 0
-            self.crew.submit(task)
-        for event in self.crew.wait():
+            self.workers.submit(task)
+        for event in self.workers.wait():
             self._hear(event)
 
     def _next(self) -> Task | None:
@@ -147,12 +147,12 @@ class Schedule:
                 break
         return None
 
-    def _hear(self, event: Ticked | Done | Died) -> None:
+    def _hear(self, event: PhotoDone | Done | Died) -> None:
         errors: tuple[str, ...] = ()
         if self._changed is not None:
             self._changed.begin()  # the first photo does not wait for it
         match event:
-            case Ticked(task):
+            case PhotoDone(task):
                 self._running[task] += 1
             case Done(task, finished):
                 del self._running[task]
@@ -181,7 +181,7 @@ class Schedule:
 
     def _retry(self, task: Task, how: str) -> None:
         """Measure the photos of a lost shard one by one; one that ends its process again becomes a row."""
-        apart = self._apart.setdefault(task.shard, _Apart())
+        apart = self._apart.setdefault(task.shard, SingleFileRetry())
         if len(task.items) == 1:  # it was this photo, or bad luck: once more will tell
             (item,) = task.items
             apart.deaths[item.photo] = apart.deaths.get(item.photo, 0) + 1
@@ -189,7 +189,7 @@ class Schedule:
             if apart.deaths.get(item.photo, 0) < _TRIES:
                 self._alone.append(Task(task.shard, (item,), task.metadata, alone=True))
             else:
-                self._keep(task.shard, item, died(item, how, self.job, self.crew.pose, self.crew.models))
+                self._keep(task.shard, item, died(item, how, self.job, self.workers.pose, self.workers.models))
 
     def _keep(self, shard: int, item: Item, record: Record) -> None:
         """Keep a row of a shard measured photo by photo; with the last of them the part is written."""

@@ -11,7 +11,7 @@ from .work import Finished, Job, Measurer, Task
 
 
 @dataclass(frozen=True)
-class Ticked:
+class PhotoDone:
     """One more photo of a task is done."""
 
     task: Task
@@ -33,10 +33,10 @@ class Died:
     how: str
 
 
-Event = Ticked | Done | Died
+Event = PhotoDone | Done | Died
 
 
-class Crew(Protocol):
+class WorkerPool(Protocol):
     """Workers that take tasks one at a time, once `load` was called."""
 
     @property
@@ -54,7 +54,7 @@ class Crew(Protocol):
         ...
 
     def expect(self, photos: int) -> None:
-        """Have as many workers as so many photos are worth."""
+        """Start the workers that so many photos are worth."""
         ...
 
     def idle(self) -> int:
@@ -87,8 +87,8 @@ def require_same_networks(pose: str, models: Mapping[str, str], others: Mapping[
         )
 
 
-class OwnProcess:
-    """A crew of one: this process. A photo that ends the process ends the run."""
+class InlineWorker:
+    """One worker, this process. A photo that ends the process ends the run."""
 
     def __init__(self, job: Job) -> None:
         self._measurer = Measurer(job)
@@ -122,7 +122,7 @@ class OwnProcess:
         """Do the task that waits."""
         task = self._waiting.pop()
         ticks: list[Event] = []
-        finished = self._measurer.run(task, lambda: ticks.append(Ticked(task)))
+        finished = self._measurer.run(task, lambda: ticks.append(PhotoDone(task)))
         return [*ticks, Done(task, finished)]
 
     def close(self) -> None:

@@ -15,7 +15,7 @@ from .results import Results
 
 
 @dataclass(frozen=True)
-class Summary:
+class PhotoCard:
     """What is known of a photo at a glance.
 
     group: the folder it lies in. nearest_m: the nearest pair's distance. spread: the widest of its intervals relative
@@ -41,12 +41,12 @@ class Summary:
         return posixpath.dirname(self.photo)
 
 
-def summary_of(scene: Scene) -> Summary:
+def card_of(scene: Scene) -> PhotoCard:
     """Return the summary of one scene."""
     metres = scene.distances_m
     known = np.isfinite(metres)
     widths = (scene.distances.high_m - scene.distances.low_m)[known] / metres[known]
-    return Summary(
+    return PhotoCard(
         scene.photo,
         scene.sha256,
         scene.status,
@@ -61,12 +61,12 @@ def summary_of(scene: Scene) -> Summary:
     )
 
 
-def summaries(results: Results) -> list[Summary]:
-    """Return the summaries of a results folder in the order of the photos' names, corrections applied.
+def cards(results: Results) -> list[PhotoCard]:
+    """Return the cards of a results folder in the order of the photos' names, corrections applied.
 
     The measured ones come from the tables inside the parts: no scene is read for them.
     """
-    changed = {photo: summary_of(scene) for photo, scene in results.corrected().items()}
+    changed = {photo: card_of(scene) for photo, scene in results.corrected().items()}
     if not parts.finished(results.folder):
         return []
     rows = (
@@ -83,7 +83,7 @@ def summaries(results: Results) -> list[Summary]:
     )
     return [
         changed.get(photo)
-        or Summary(
+        or PhotoCard(
             photo,
             sha256,
             status,

@@ -52,7 +52,7 @@ class Record:
 
 
 @dataclass(frozen=True)
-class Earlier:
+class PreviousRow:
     """What a part says of a photo already, its row."""
 
     fields: Mapping[str, Any]
@@ -235,7 +235,7 @@ def _these(photos: Iterable[str] | None, files: Iterable[str] | None) -> dict[st
     return {"names": sorted(set(photos or ())), "files": sorted(set(files or ()))}
 
 
-def earlier(folder: Folder, shard: int) -> dict[str, Earlier]:
+def earlier(folder: Folder, shard: int) -> dict[str, PreviousRow]:
     """Return what a shard's part says of each of its photos, nothing where the part is not there."""
     if not folder.exists(name_of(shard)):
         return {}
@@ -243,7 +243,7 @@ def earlier(folder: Folder, shard: int) -> dict[str, Earlier]:
     found = attached(folder).execute(
         "SELECT photo, to_json(part) FROM read_parquet($path) AS part", {"path": folder.path(name_of(shard))}
     )
-    return {photo: Earlier(json.loads(text)) for photo, text in found.fetchall()}
+    return {photo: PreviousRow(json.loads(text)) for photo, text in found.fetchall()}
 
 
 def copied(folder: Folder, shard: int, sha256: str, photo: str, file: FileState | None) -> Record | None:
