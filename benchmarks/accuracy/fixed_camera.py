@@ -30,7 +30,7 @@ from benchmarks.accuracy.fixed_camera_data import (
 )
 from proxemetry.arrays import FloatArray
 from proxemetry.calibration.identity import linked
-from proxemetry.calibration.people import Gathered, PeopleFit, from_people
+from proxemetry.calibration.people import LEAST_SEEN, Gathered, PeopleFit, from_people
 from proxemetry.calibration.points import FloorPoints, from_points, open_camera
 from proxemetry.camera import Camera, CameraEstimate, Mount
 from proxemetry.measure import Settings, place
@@ -91,7 +91,7 @@ def by_people(frames: Sequence[Frame], camera: Camera, focal_known: bool) -> Peo
     who = linked([f.people for f in frames], [f.number / FRAMES_PER_S for f in frames])
     for frame, persons in zip(frames, who, strict=True):
         gathered.add(frame.people, persons.tolist())
-    return from_people(gathered, camera, focal_known=focal_known)
+    return from_people(gathered, camera, focal_known=focal_known, least_seen=LEAST_SEEN)
 
 
 def by_points(true: FixedCamera, camera: Camera, rng: np.random.Generator, focal_known: bool) -> Mount:

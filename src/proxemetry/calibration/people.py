@@ -18,6 +18,8 @@ from ..locate.scenefit.pooled import Pooled, pooled
 from ..people import People
 from ..people.keypoint_noise import apparent_stature_px
 
+#: Who is seen more seldom in frames that follow each other is left out: what flickers is no person.
+LEAST_SEEN = 5
 #: So many detections are fitted together, and so many of one person; more take longer and say hardly more.
 MOST_DETECTIONS, MOST_OF_A_PERSON = 400, 30
 #: Fewer different people than this make no calibration that anybody should rely on.
@@ -65,12 +67,18 @@ class Gathered:
     def __len__(self) -> int:
         return len(self._kept)
 
-    def chosen(self) -> tuple[People, NDArray[np.intp]]:
-        """Return the people to fit, large ones rather than small ones, and who each is; raises CameraError for none."""
-        if not self._kept:
+    def chosen(self, least_seen: int = 1) -> tuple[People, NDArray[np.intp]]:
+        """Return the people to fit, large ones rather than small ones, and who each is; raises CameraError for none.
+
+        Who was seen less often than `least_seen` is left out.
+        """
+        everybody = np.array([person for _, person in self._kept], dtype=np.intp)
+        names, index, often = np.unique(everybody, return_inverse=True, return_counts=True)
+        kept = np.flatnonzero(often[index] >= least_seen) if len(names) else np.zeros(0, dtype=np.intp)
+        if not len(kept):
             raise CameraError("nobody stands upright in view from shoulders to ankles: the people tell no camera")
-        persons = np.array([person for _, person in self._kept])
-        tall = np.array([float(apparent_stature_px(p)[0]) for p, _ in self._kept])
+        persons = everybody[kept]
+        tall = np.array([float(apparent_stature_px(self._kept[k][0])[0]) for k in kept])
         # the largest first, but for chance: keys of weighted sampling without replacement (Efraimidis and Spirakis)
         order = np.argsort(np.log(self._rng.random(len(tall))) / tall)[::-1]
         taken: list[int] = []
@@ -81,7 +89,7 @@ class Gathered:
                 taken.append(int(k))
                 of_person[int(persons[k])] = seen + 1
         taken.sort()
-        return _joined([self._kept[k][0] for k in taken]), persons[taken]
+        return _joined([self._kept[kept[k]][0] for k in taken]), persons[taken]
 
 
 def whole(people: People) -> NDArray[np.bool_]:
@@ -125,16 +133,17 @@ class PeopleFit:
 
 def from_people(
     gathered: Gathered, camera: Camera, *, focal_known: bool = True, recurring: bool = False,
-    settings: LocateSettings | None = None,
+    least_seen: int = 1, settings: LocateSettings | None = None,
 ) -> PeopleFit:  # fmt: skip
     """Return the mount that the people of many frames tell.
 
     camera: the intrinsics, believed within their standard deviations; with focal_known False its focal length is only
     where the search begins. recurring: the same people may be in every photo, and nobody knows who is who: then they
-    count as no more than one photo shows. Raises CameraError where they tell no camera.
+    count as no more than one photo shows. least_seen: in frames that follow each other, who is seen less often is taken
+    for a false detection. Raises CameraError where they tell no camera.
     """
     settings = settings or LocateSettings()
-    people, persons = gathered.chosen()
+    people, persons = gathered.chosen(least_seen)
     people = replace(people, keypoints_px=camera.undistorted(people.keypoints_px))
     ideal = camera.without_distortion()
     told = _pooled(people, persons, ideal, settings, focal_known)

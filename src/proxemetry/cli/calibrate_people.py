@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from ..calibration.identity import linked
-from ..calibration.people import Gathered, PeopleFit, from_people
+from ..calibration.people import LEAST_SEEN, Gathered, PeopleFit, from_people
 from ..camera import Camera
 from ..errors import PhotoError, SettingsError
 from ..people import People, PoseBackend
@@ -42,7 +42,13 @@ def people_fit(args: argparse.Namespace, camera: Camera, focal_known: bool) -> P
         number = highest
     if not gathered.n_frames:
         raise SettingsError("give photos or a clip of the camera, or --points, --length, --homography, --height-m")
-    return from_people(gathered, camera, focal_known=focal_known, recurring=not (following or args.different_people))
+    return from_people(
+        gathered,
+        camera,
+        focal_known=focal_known,
+        recurring=not (following or args.different_people),
+        least_seen=LEAST_SEEN if following else 1,
+    )
 
 
 def _seen(args: argparse.Namespace, backend: PoseBackend, camera: Camera) -> Iterator[tuple[float | None, People]]:

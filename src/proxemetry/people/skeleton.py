@@ -109,7 +109,10 @@ BLAZEPOSE_33 = Skeleton(
 #: far below the torso's centre as the neck lies above it.
 KORTE_PARTS = Skeleton("korte_parts", ("eyes_centre", "head_centre", "neck", "mid_hip"))
 
-SKELETONS = {s.name: s for s in (COCO_17, HALPE_26, BODY_25, BLAZEPOSE_33, KORTE_PARTS)}
+#: Boxes alone, as trackers and detectors give them: the middle of the upper edge, and that of the lower.
+BOX = Skeleton("box", ("head_top", "heel"))
+
+SKELETONS = {s.name: s for s in (COCO_17, HALPE_26, BODY_25, BLAZEPOSE_33, KORTE_PARTS, BOX)}
 
 
 def skeleton_named(name: str) -> Skeleton:

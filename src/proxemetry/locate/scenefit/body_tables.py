@@ -137,7 +137,8 @@ SPREAD = {
 # of the stature; beside hand labels 1.6 %). KORTE's labels are clicked by hand: one eye stands for both in profile, the
 # head's middle is not the ears', the middle of the shoulders
 # lies anywhere between the joints and the base of the neck 7 cm above them (half of that here, doubt and all), and the
-# mid-hip is extrapolated from it and the torso's middle.
+# mid-hip is extrapolated from it and the torso's middle. Detectors' boxes end some per cent above the hair and below
+# the soles or short of them, wherever arms and bags are.
 DEFINITIONS: dict[str, dict[str, tuple[float, float, float, float]]] = {
     "halpe26": {"neck": (0.0, 0.0, 0.015, 1.3)},
     "blazepose33": {
@@ -148,4 +149,5 @@ DEFINITIONS: dict[str, dict[str, tuple[float, float, float, float]]] = {
         "eyes_centre": (0.0, 0.0, 0.0, 1.5), "head_centre": (0.0, 0.0, 0.010, 1.25),
         "neck": (0.0, 0.0, 0.020, 2.0), "mid_hip": (0.0, 0.0, -0.020, 2.75),
     },
+    "box": {"head_top": (0.0, 0.0, 0.0, 2.0), "heel": (0.0, 0.0, -0.010, 2.0)},
 }  # fmt: skip

@@ -9,13 +9,13 @@ from typing import Any, cast
 
 from ...errors import KeypointsError
 from ...files import parse_json, read_text, reason_of
-from . import coco, openpose, own, toolboxes
+from . import coco, mot, openpose, own, toolboxes
 from .recording import RecordedPhoto, naming, refuse_fractions
 
 __all__ = ["RecordedPhoto", "Recordings", "read"]
 
 _KINDS = (
-    "our own, COCO annotations or results, OpenPose, MMPose, ViTPose and Ultralytics files are known; "
+    "our own, COCO annotations or results, OpenPose, MMPose, ViTPose, Ultralytics and MOT files are known; "
     "docs/detectors.md shows them"
 )
 
@@ -37,7 +37,10 @@ def read(path: str | Path) -> Recordings:
     if path.is_dir():
         return _folder(path)
     if path.suffix.lower() == ".txt":
-        return Recordings((toolboxes.read_ultralytics_text(str(path), path.stem, _text(path)),))
+        text = _text(path)
+        if mot.is_mot(text):
+            return Recordings(tuple(mot.read_mot(path, text)), lists_empty=False)
+        return Recordings((toolboxes.read_ultralytics_text(str(path), path.stem, text),))
     recordings = _file(path)
     with naming(str(path)):
         for recording in recordings.photos:

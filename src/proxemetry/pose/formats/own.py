@@ -7,8 +7,8 @@ from typing import Any
 
 from ...camera import Camera, FocalSource, Source
 from ...errors import KeypointsError
-from ...people.skeleton import skeleton_named
-from .recording import RecordedPhoto, naming, people_of, person_of, size_of
+from ...people.skeleton import BOX, skeleton_named
+from .recording import RecordedPhoto, box_person, naming, people_of, person_of, size_of
 
 
 def read_own(where: str, content: Mapping[str, Any]) -> list[RecordedPhoto]:
@@ -23,7 +23,9 @@ def read_own(where: str, content: Mapping[str, Any]) -> list[RecordedPhoto]:
                 raise KeypointsError(f"'filename' is {name!r}: it must be the photo's name")
             width, height = size_of(entry)
             persons = [
-                person_of(person["keypoints"], person.get("score"), person.get("box"))
+                box_person(person["box"], person.get("score"))
+                if skeleton == BOX
+                else person_of(person["keypoints"], person.get("score"), person.get("box"))
                 for person in entry.get("people", [])
             ]
             camera = _camera(entry.get("camera"), width, height)

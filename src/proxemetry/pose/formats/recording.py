@@ -91,6 +91,15 @@ def person_of(triples: Any, score: Any = None, box: Any = None) -> Person:
     return checked(Person(values[:, :2], scores, box, None if score is None else float(score)))
 
 
+def box_person(box: Sequence[float], score: float | None = None) -> Person:
+    """Return a person of whom only the box x0, y0, x1, y1 is known, for the skeleton `BOX`."""
+    x0, y0, x1, y1 = map(float, box)
+    if not (x0 < x1 and y0 < y1):
+        raise KeypointsError(f"the box {x0:g}, {y0:g}, {x1:g}, {y1:g} has no area")
+    middle = (x0 + x1) / 2
+    return checked(Person(np.array([(middle, y0), (middle, y1)]), np.ones(2), (x0, y0, x1, y1), score))
+
+
 def checked(person: Person) -> Person:
     """Return a person with what is missing marked as missing; raises KeypointsError where numbers cannot be right."""
     keypoints, scores = np.asarray(person.keypoints, dtype=float), np.asarray(person.scores, dtype=float)
