@@ -26,9 +26,10 @@ from .start import HEADINGS, Start
 _WORTH_PURSUING = 6.0
 #: So many postures besides the best are.
 _MOST_POSTURES = 2
+#: How far heads turn against trunks, radians: an assumption, 26 degrees.
 _TURN_SD = 0.45
-#: Mean and standard deviation of log depth in metres: people are photographed from 0.8 to 45 m away. It decides only
-#: where next to nothing is seen.
+#: Mean and standard deviation of log depth in metres: an assumption, people are photographed from 0.8 to 45 m away.
+#: It decides only where next to nothing is seen.
 _DEPTH_PRIOR = (np.log(6.0), 1.2)
 
 

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from ...arrays import FloatArray
 from .projection import DEPTH, FOCAL, HEADING, N_LOCAL, N_SHARED, TURN, BodyTables, project
 
+#: Degrees of freedom of Student's distribution (docs/method.md, "Evidence" and "Beforehand"): keypoints, floor, camera.
 _KEYPOINT_DOF = 5.0
 _FLOOR_DOF = 3.0
 _SHARED_DOF = 3.0

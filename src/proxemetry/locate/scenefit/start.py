@@ -23,6 +23,9 @@ _PITCHES: FloatArray = np.deg2rad([0.0, -12.0, 12.0, 24.0, 36.0, 50.0, 65.0])
 _BODY_AXES: FloatArray = body_axes(HEADINGS)
 #: How far from a pitch of the table its bodies still look right.
 _CELL_RAD = np.deg2rad(5.0)
+#: Bodies are mean ones in mean postures here: how much further joints stray from them than from fitted ones, and by how
+#: much at least, in statures. Set by hand, for the start alone: every answer is fitted anew.
+_STRAY_FACTOR, _LEAST_STRAY, _LEG_STRAY = 1.5, 0.025, 0.06
 _DEPTH_REL_SD = 0.07
 _FLOOR_SD_M = 0.1
 _DOF = 4.0
@@ -81,8 +84,8 @@ def look(
     evidence: Evidence, lengths_m: FloatArray, prior: SharedPrior, model: BodyModel, on_floor: FloatArray
 ) -> Start:
     """Return the coarse answer; lengths_m (P, L) are the mean bodies, on_floor (P,) is 1 for those on the floor."""
-    spread = np.maximum(1.5 * model.spread, 0.025)
-    spread = np.where(model.kinds["feet"] | model.kinds["legs"], 0.06, spread)
+    spread = np.maximum(_STRAY_FACTOR * model.spread, _LEAST_STRAY)
+    spread = np.where(model.kinds["feet"] | model.kinds["legs"], _LEG_STRAY, spread)
     weights = np.where(evidence.seen, (spread**2 + evidence.waver**2) ** -1, 0.0)
     bodies, torso = _mean_bodies(lengths_m, model)
     unlikely = -np.log(POSTURE_WEIGHTS)[:, None] + np.zeros((len(weights), 1, 1))

@@ -45,12 +45,6 @@ class Candidate:
     next_region: Region
 
     @property
-    def drift(self) -> float:
-        """How far the network would rather look from where it looked, in sizes of the square; 0 where content."""
-        a, b = self.region, self.next_region
-        return math.hypot(a.x - b.x, a.y - b.y) / a.size + abs(math.log(b.size / a.size))
-
-    @property
     def facing(self) -> complex:
         """Where the torso faces as exp(i h): h = 0 faces the viewer, positive turns towards the photo's right."""
         left, right = self.world_m[[_LEFT_SHOULDER, _LEFT_HIP]], self.world_m[[_RIGHT_SHOULDER, _RIGHT_HIP]]
