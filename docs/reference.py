@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import inspect
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -48,9 +49,10 @@ def api_page() -> str:
 
 def _signature(name: str, thing: object) -> str:
     try:
-        return f"{name}{inspect.signature(thing)}".replace("'", "")  # type: ignore[arg-type]
+        signature = f"{name}{inspect.signature(thing)}".replace("'", "")  # type: ignore[arg-type]
     except (TypeError, ValueError):
         return name
+    return re.sub(r"<function .+? at 0x[0-9a-f]+>", "...", signature)  # where it lies in memory is another each time
 
 
 def _text(thing: object) -> str:
