@@ -22,6 +22,9 @@ _KINDS = {
     stat.S_IFIFO: "a pipe", stat.S_IFSOCK: "a socket", stat.S_IFCHR: "a device", stat.S_IFBLK: "a device",
     stat.S_IFDIR: "a folder",
 }  # fmt: skip
+#: What a spreadsheet takes for the beginning of a formula; also as SQL has it.
+FORMULA = r"^'*[=+\-@\t\r]"
+_FORMULA = re.compile(FORMULA)
 #: Longer whole numbers are beyond what a float holds.
 _MOST_DIGITS = 300
 _SPELLED = re.compile(r"\\(x(?:[89a-f][0-9a-f]|5c))")
@@ -143,6 +146,20 @@ def is_whole(text: str) -> bool:
     except UnicodeEncodeError:
         return False
     return True
+
+
+def cell_of(text: str) -> str:
+    """Return a text as a CSV file holds it: with an apostrophe before what a spreadsheet would take for a formula.
+
+    Names, captions and notes come from others, and a cell like =HYPERLINK(...) is run where it is opened. A text that
+    begins with apostrophes before such a sign gets one more, so that `text_of` gives back every text.
+    """
+    return f"'{text}" if _FORMULA.match(text) else text
+
+
+def text_of(cell: str) -> str:
+    """Return the text that `cell_of` wrote."""
+    return cell[1:] if cell.startswith("'") and _FORMULA.match(cell) else cell
 
 
 def reason_of(error: Exception) -> str:

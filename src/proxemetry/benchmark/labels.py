@@ -190,7 +190,11 @@ def _corrected(marks: list[Mark], errata: list[Erratum]) -> tuple[Mark, ...]:
 
 def _rows(path: Path, columns: int) -> Iterator[tuple[int, list[str]]]:
     """Yield (line number, fields) of a header-less CSV file."""
-    for line, row in enumerate(csv.reader(_text(path).splitlines()), start=1):
+    try:
+        rows = list(csv.reader(_text(path).splitlines()))
+    except csv.Error as error:
+        raise LabelsError(f"{path}: cannot be read as CSV ({error})") from error
+    for line, row in enumerate(rows, start=1):
         if not row:
             continue
         if len(row) != columns:
@@ -240,12 +244,19 @@ def _focal_lengths(folder: Path) -> dict[str, float]:
     for path in (folder / name for name in FOCAL_FILES):
         if path.exists():
             rows = _table(path, ("filename", "focal_length_mm"))
-            return {row["filename"]: _number(row["focal_length_mm"], str(path)) for row in rows}
+            lengths = {row["filename"]: _number(row["focal_length_mm"], str(path)) for row in rows}
+            for filename, length in lengths.items():
+                if not length > 0:
+                    raise LabelsError(f"{path}: the focal length of {filename} is {length:g} mm: it must be positive")
+            return lengths
     return {}
 
 
 def _table(path: Path, columns: tuple[str, ...]) -> list[dict[str, str]]:
-    rows = list(csv.DictReader(_text(path).splitlines()))
+    try:
+        rows = list(csv.DictReader(_text(path).splitlines()))
+    except csv.Error as error:
+        raise LabelsError(f"{path}: cannot be read as CSV ({error})") from error
     for name in columns:
         if any(row.get(name) is None for row in rows):
             raise LabelsError(f"{path}: every row needs the columns {', '.join(columns)}")

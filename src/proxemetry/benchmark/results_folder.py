@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import LabelsError
-from ..files import read_text, reason_of
+from ..files import read_text, reason_of, text_of
 from ..people.skeleton import PARTS
 from .predictions import Prediction, Predictions
 
@@ -57,6 +57,7 @@ def _read(folder: Path, name: str) -> list[dict[str, str]]:
         )
         raise LabelsError(f"{path}: column {missing[0]} is missing{hint}")
     for line, row in enumerate(rows, start=2):
+        row["photo"] = text_of(row["photo"] or "")
         if any(row[column] is None for column in _COLUMNS[name]):
             raise LabelsError(f"{path}: row {line - 1} ends early: {len(columns)} columns are expected")
     return rows

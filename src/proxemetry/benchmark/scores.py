@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import LabelsError, SettingsError
+from ..files import cell_of
 from . import seker2021, v1
 from .image_score import ImageScore
 from .labels import LabelImage, Labels, read_labels
@@ -92,7 +93,8 @@ class Score:
         """Return one row a photo with its group."""
         output = io.StringIO()
         rows = [
-            {**image.to_dict(), "setting": image.label.setting, "camera": image.label.camera,
+            {**image.to_dict(), "filename": cell_of(image.label.filename), "setting": cell_of(image.label.setting),
+             "camera": cell_of(image.label.camera),
              "focal_mm": "" if math.isnan(image.label.focal_mm) else image.label.focal_mm}
             for image in self.images
         ]  # fmt: skip

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ..errors import LabelsError
-from ..files import read_bytes
+from ..files import read_bytes, read_text, reason_of
 from ..people.skeleton import PARTS
 from .errata import load_errata
 from .labels import BODY_FILE, FOCAL_FILES, PHOTOS_FILE, SETTINGS_FILE, TRUTH_FILE
@@ -90,7 +90,12 @@ def _read(path: Path, columns: int, faults: list[Fault]) -> list[_Line]:
     if not text.strip():
         faults.append(Fault(path.name, 0, f"empty; rows of {','.join(_COLUMNS[path.name])} are expected"))
     lines: list[_Line] = []
-    for number, row in enumerate(csv.reader(text.splitlines()), start=1):
+    try:
+        rows = list(csv.reader(text.splitlines()))
+    except csv.Error as error:
+        faults.append(Fault(path.name, 0, f"cannot be read as CSV ({error})"))
+        return []
+    for number, row in enumerate(rows, start=1):
         if not row:
             faults.append(Fault(path.name, number, "empty line"))
         elif len(row) != columns:
@@ -233,11 +238,19 @@ def _check_together(lines: dict[str, list[_Line]]) -> Iterator[Fault]:
 
 
 def _check_header(path: Path, columns: tuple[str, ...]) -> Iterator[Fault]:
-    rows = csv.DictReader(path.read_text(encoding="utf-8-sig").splitlines())
+    try:
+        rows = csv.DictReader(read_text(path).splitlines())
+        listed, fields = list(rows), rows.fieldnames or ()
+    except (OSError, ValueError, csv.Error) as error:
+        yield Fault(path.name, 0, f"cannot be read as text ({reason_of(error)})")
+        return
     for column in columns:
-        if column not in (rows.fieldnames or ()):
+        if column not in fields:
             yield Fault(path.name, 1, f"no column {column!r} in the header; {','.join(columns)} are expected")
             return
-    for row in rows:
-        if columns[1] == "focal_length_mm" and not _number(row[columns[1]]) > 0:
-            yield Fault(path.name, rows.line_num, f"focal_length_mm is {row[columns[1]]!r}; millimetres are expected")
+    for line, row in enumerate(listed, start=2):
+        value = row[columns[1]]
+        if value is None or row[columns[0]] is None:
+            yield Fault(path.name, line, f"{','.join(columns)} are expected")
+        elif columns[1] == "focal_length_mm" and not 0 < _number(value) < math.inf:
+            yield Fault(path.name, line, f"focal_length_mm is {value[:40]!r}; millimetres are expected")

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from ..camera import Camera, Mount
 from ..errors import CameraError
+from ..files import read_bytes
 
 #: A gimbal holds its angle to about a degree against gravity; a barometer drifts by a metre or so in a flight, and
 #: ground is not level with the place of the start.
@@ -35,7 +36,7 @@ def from_subtitles(path: str | Path, camera: Camera | None = None) -> Mount:
     Raises CameraError where the file does not say, or the drone moved: then there is no one place.
     """
     try:
-        text = Path(path).read_text(encoding="utf-8", errors="replace")
+        text = read_bytes(path).decode(errors="replace")
     except OSError as error:
         raise CameraError(f"{path}: cannot be read ({error.strerror})") from error
     values: dict[str, list[float]] = {"rel_alt": [], "gb_pitch": [], "gb_roll": []}

@@ -11,6 +11,7 @@ from ..arrays import FloatArray
 from ..camera import FloorFrame
 from ..camera.floor_view import level_axes
 from ..errors import CameraError
+from ..files import read_text
 
 #: A homography of points whose second smallest singular value is below this share of the largest has no one answer.
 _LEAST_RANK = 1e-7
@@ -82,7 +83,7 @@ def read_homography(path: str | Path) -> FloatArray:
     try:
         matrix = np.array([
             [float(cell) for cell in line.replace(",", " ").split()]
-            for line in Path(path).read_text(encoding="utf-8-sig").splitlines() if line.strip()
+            for line in read_text(path).splitlines() if line.strip()
         ])  # fmt: skip
     except OSError as error:
         raise CameraError(f"{path}: cannot be read ({error.strerror})") from error

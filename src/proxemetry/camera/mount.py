@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from ..arrays import FloatArray
 from ..errors import CameraError
+from ..files import read_json
 from .camera import NO_DISTORTION, Camera
 from .sources import Source
 
@@ -254,7 +255,7 @@ class Mount:
     def read(cls, path: str | Path) -> Mount:
         """Read a JSON file; raises CameraError, in one line that names the file, where it is no mount."""
         try:
-            fields = json.loads(Path(path).read_text(encoding="utf-8-sig"))
+            fields = read_json(path)
         except OSError as error:
             raise CameraError(f"{path}: cannot be read ({error.strerror})") from error
         except ValueError as error:

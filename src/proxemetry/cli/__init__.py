@@ -9,6 +9,7 @@ from __future__ import annotations
 import argparse
 import importlib
 import importlib.util
+import io
 import signal
 import sys
 import threading
@@ -34,6 +35,9 @@ COMMANDS: dict[str, str] = {
 
 DONE, SOME_FAILED, NOTHING_DONE = 0, 1, 2
 
+#: Address space below which DuckDB or numpy end the process without a word.
+_LEAST_MEMORY_BYTES = 1_500_000_000
+
 
 class _Parser(argparse.ArgumentParser):
     """A parser whose refusals are one line: the usage of a command with thirty options buries what was wrong."""
@@ -47,7 +51,11 @@ class _Parser(argparse.ArgumentParser):
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command and return its exit code."""
     arguments = list(sys.argv[1:] if argv is None else argv)
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):  # a name that the terminal's encoding lacks ends nothing
+            stream.reconfigure(errors="backslashreplace")
     try:
+        _require_memory()
         return _run(arguments)
     except ProxemetryError as error:
         print(f"proxemetry: {error}", file=sys.stderr)
@@ -81,6 +89,18 @@ class Once(argparse.Action):
             parser.error(f"{option} is given twice: it takes one value")
         setattr(namespace, given, True)
         setattr(namespace, self.dest, values)
+
+
+def _require_memory() -> None:
+    """Raise SettingsError where so little memory may be taken that a library would end the process."""
+    if importlib.util.find_spec("resource") is None:
+        return  # only POSIX limits it this way
+    import resource
+
+    limit, _ = resource.getrlimit(resource.RLIMIT_AS)
+    if limit != resource.RLIM_INFINITY and limit < _LEAST_MEMORY_BYTES:
+        least = _LEAST_MEMORY_BYTES / 1e6
+        raise SettingsError(f"this shell allows {limit / 1e6:.0f} MB of memory (ulimit -v), and it takes {least:.0f}")
 
 
 def end_as_by_ctrl_c() -> None:

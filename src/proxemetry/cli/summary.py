@@ -15,6 +15,7 @@ from ..archive.figures.summary import Summary, summarise
 from ..archive.store.folder import Folder
 from ..archive.store.results import Results
 from ..distances import ZONES
+from ..files import cell_of
 from . import DONE
 
 _EXAMPLES = f"""examples:
@@ -79,7 +80,7 @@ def _write_csv(summary: Summary, file: IO[str]) -> None:
 def _cell(value: Any) -> Any:
     if isinstance(value, float):
         return "" if math.isnan(value) else f"{value:.5g}"
-    return "" if value is None else value
+    return "" if value is None else cell_of(value) if isinstance(value, str) else value
 
 
 def _print(summary: Summary) -> None:

@@ -17,6 +17,7 @@ from ..archive.store.index import PhotoCard, card_of, cards
 from ..archive.store.results import Results
 from ..archive.store.scratch import scratch_folder, sweep_scratch
 from ..errors import PhotoError, SettingsError
+from ..files import cell_of
 from ..measure import measure
 from ..photo import Photo
 from ..scene import Scene
@@ -185,5 +186,5 @@ def log_csv(actions: Iterable[Action]) -> bytes:
     writer.writerow(column.name for column in CORRECTIONS)
     for a in actions:
         value = json.dumps(dict(a.value), sort_keys=True)
-        writer.writerow((a.number, a.time, a.who, a.photo, a.sha256, a.action, value))
+        writer.writerow((a.number, *map(cell_of, (a.time, a.who, a.photo, a.sha256, a.action, value))))
     return text.getvalue().encode()

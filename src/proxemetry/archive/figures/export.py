@@ -10,7 +10,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from ...distances import UNCERTAIN
-from ...errors import SettingsError
+from ...errors import OutputError, SettingsError
 from ...people.skeleton import COCO_17
 from ...scene import Scene
 from ...tables import Column, all_columns
@@ -110,14 +110,17 @@ def _write_sav(frame: Any, path: str, table: str, columns: Sequence[Column], lon
             # at a text's end mean nothing there.
             first = frame[name].iloc[0]
             frame.loc[0, name] = first + " " * (width - len(first.encode()))
-    pyreadstat.write_sav(
-        frame, path, file_label=f"proxemetry: {table}", row_compress=True,
-        column_labels={c.name: _label(c) for c in columns},
-        variable_value_labels={c.name: labels for c in columns if (labels := _value_labels(c))},
-        missing_ranges={c.name: [_UNCERTAIN_CODE] for c in columns if UNCERTAIN in c.levels},
-        variable_measure={c.name: _measure(c) for c in columns},
-        variable_format={c.name: "F8.0" for c in columns if c.kind in ("INTEGER", "BOOLEAN") or c.levels},
-    )  # fmt: skip
+    try:
+        pyreadstat.write_sav(
+            frame, path, file_label=f"proxemetry: {table}", row_compress=True,
+            column_labels={c.name: _label(c) for c in columns},
+            variable_value_labels={c.name: labels for c in columns if (labels := _value_labels(c))},
+            missing_ranges={c.name: [_UNCERTAIN_CODE] for c in columns if UNCERTAIN in c.levels},
+            variable_measure={c.name: _measure(c) for c in columns},
+            variable_format={c.name: "F8.0" for c in columns if c.kind in ("INTEGER", "BOOLEAN") or c.levels},
+        )  # fmt: skip
+    except pyreadstat.ReadstatError as error:
+        raise OutputError(f"{table}.sav: cannot be written ({error}); is there room on the disk?") from error
 
 
 def _joining_syntax(table: str, names: Sequence[str]) -> str:

@@ -104,7 +104,7 @@ class Log:
             after = scene if action == "undo" else apply(scene, [*before, draft])
             after.to_json()
         except (ProxemetryError, ValueError, ArithmeticError) as error:
-            raise SettingsError(f"correction not kept: {error}") from error
+            raise SettingsError(f"correction: {str(error).removeprefix('correction: ')}") from error
         return draft, after
 
     def keep(self, draft: Action) -> Action:

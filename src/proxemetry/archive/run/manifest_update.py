@@ -14,7 +14,7 @@ from ...errors import OutputError
 from ..store.duck import attached, quoted
 from ..store.file_state import FileState
 from ..store.folder import Folder, is_url
-from ..store.manifest import SCHEMA, Manifest, name_of, paths, read
+from ..store.manifest import SCHEMA, Manifest, name_of, paths, read, relative
 from ..store.parts import finished, measured_files
 from ..store.photos import Listing, Search, locate
 from .background import BackgroundTask
@@ -135,7 +135,7 @@ def append(folder: Folder, manifest: Manifest, new: Sequence[str], duck: Any) ->
         "shard": shards, "photo": np.array(new, dtype=object), "bytes": sizes, "twin": alike.twin,
         "original_shard": older_shards,
     })  # fmt: skip
-    header = quoted(json.dumps({"schema": SCHEMA, "root": manifest.root}))
+    header = quoted(json.dumps({"schema": SCHEMA, "root": relative(folder, manifest.root)}))
     with folder.scratch() as path:
         duck.execute(
             "COPY (SELECT shard::INTEGER AS shard, photo::VARCHAR AS photo, nullif(bytes, -1) AS bytes, "

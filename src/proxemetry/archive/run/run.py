@@ -165,7 +165,7 @@ def _listed(folder: Folder) -> Manifest | None:
     listed = manifest.read(folder)
     if listed is None or not folder.exists(RUN_FILE):
         return listed
-    last = Results(folder).run.get("photos_in")
+    last = manifest.absolute(folder, Results(folder).run.get("photos_in"))
     moved = last is not None and last != listed.root and (is_url(last) or os.path.isdir(last))
     return listed.moved(last) if moved else listed
 
@@ -230,7 +230,7 @@ def _join(folder: Folder, identity: Identity, there: Collection[int]) -> None:
         "settings": dict(identity.settings),
         "metadata": identity.metadata(),
         "python": platform.python_version(),
-        "platform": platform.platform(),
+        "platform": f"{platform.system()} {platform.machine()}",
         "packages": _packages(),
     }
     if folder.create(RUN_FILE, (json.dumps(fields, indent=2) + "\n").encode()):
@@ -267,7 +267,8 @@ def _concluded(
                 on_progress(Note("writing the tables: of a million photos it takes minutes"))
             results.write_tables(safe_distance_m)
         fields = results.run
-        last = {**fields, "safe_distance_m": safe_distance_m, "photos_in": listed.moved_to or listed.root}
+        photos_in = manifest.relative(folder, listed.moved_to or listed.root)
+        last = {**fields, "safe_distance_m": safe_distance_m, "photos_in": photos_in}
         if last != fields:
             write_run(folder, last)
         _tell_of_corrections(results, on_progress)

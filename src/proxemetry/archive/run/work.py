@@ -161,7 +161,7 @@ def _without_name(reason: str, item: Item) -> str:
     """Return a message without the photo it is about: the row says which, and its path is this machine's alone."""
     for name in (item.location, item.photo, os.path.basename(item.photo)):
         reason = reason.removeprefix(f"{name}: ")
-    return reason
+    return reason if item.location is None else reason.replace(item.location, item.photo)
 
 
 @contextmanager

@@ -9,6 +9,7 @@ Of ten million photos only the shards that are asked for are in memory.
 from __future__ import annotations
 
 import json
+import os
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
@@ -16,7 +17,7 @@ from typing import Any
 
 from ...errors import OutputError
 from .duck import attached
-from .folder import Folder
+from .folder import Folder, is_url
 from .photos import locate
 
 FOLDER = "manifest"
@@ -109,6 +110,23 @@ def paths(folder: Folder) -> list[str]:
     return [folder.path(name) for name in names(folder)]
 
 
+def relative(folder: Folder, root: str | None) -> str | None:
+    """Return where the photos are as a results folder says it: seen from there, without the account's home."""
+    if root is None or is_url(root) or is_url(folder.location):
+        return root
+    try:
+        return os.path.relpath(root, folder.location).replace(os.sep, "/")
+    except ValueError:  # another drive of Windows
+        return root
+
+
+def absolute(folder: Folder, root: str | None) -> str | None:
+    """Return where the photos are that a results folder names."""
+    if root is None or is_url(root) or is_url(folder.location):
+        return root
+    return os.path.normpath(os.path.join(folder.location, root))
+
+
 def read(folder: Folder, duck: Any = None) -> Manifest | None:
     """Return the manifest of a results folder, None where there is none; raises OutputError for another kind.
 
@@ -134,4 +152,4 @@ def read(folder: Folder, duck: Any = None) -> Manifest | None:
     sizes = duck.execute(
         "SELECT count(*) FROM read_parquet($paths) GROUP BY shard ORDER BY shard", {"paths": files}
     ).fetchall()
-    return Manifest(folder, root, tuple(size for (size,) in sizes), len(files))
+    return Manifest(folder, absolute(folder, root), tuple(size for (size,) in sizes), len(files))

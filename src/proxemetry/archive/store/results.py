@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from ...errors import OutputError
+from ...files import FORMULA
 from ...scene import Scene
 from ...tables import TABLES, codebook_csv, safe_distance_columns
 from ...version import __version__
@@ -77,7 +78,8 @@ class Results:
     def _root(self) -> str | None:
         """Where the photos were when the run was finished last, else when it began; None for recorded keypoints."""
         listed = manifest.read(self.folder)
-        return self.run.get("photos_in") or (None if listed is None else listed.root)
+        last = self.run.get("photos_in")
+        return manifest.absolute(self.folder, last) if last else None if listed is None else listed.root
 
     def location(self, photo: str) -> str | None:
         """Return where a photo's file is, or was when the run went on last; None for recorded keypoints."""
@@ -152,7 +154,8 @@ class Results:
             with ExitStack() as files:
                 for form in (form for form in options if form in formats):
                     temporary = files.enter_context(target.writing(f"{table}.{form}"))
-                    duck.execute(f"COPY ({query}) TO {quoted(temporary)} ({options[form]})")
+                    rows = query if form == "parquet" else _as_cells(table, query)
+                    duck.execute(f"COPY ({rows}) TO {quoted(temporary)} ({options[form]})")
                     if form == "parquet":  # the same rows, sorted already
                         query = f"FROM read_parquet({quoted(temporary)})"
         target.write("codebook.csv", codebook_csv().encode())
@@ -237,6 +240,16 @@ def table_query(table: str, safe_distance_m: float | None) -> str:
         f"SELECT {columns} FROM (SELECT photo, unnest({table}, max_depth := 2) FROM "
         f"(SELECT photo, {table} FROM measured)) ORDER BY photo, {key}"
     )
+
+
+def _as_cells(table: str, query: str) -> str:
+    """Return the SQL of a table as CSV holds it, see `files.cell_of`."""
+    texts = [c.name for c in TABLES[table] if c.kind == "VARCHAR"]
+    cells = ", ".join(
+        f"CASE WHEN regexp_matches({name}, {quoted(FORMULA)}) THEN chr(39) || {name} ELSE {name} END AS {name}"
+        for name in texts
+    )
+    return f"SELECT * REPLACE ({cells}) FROM ({query})" if texts else query
 
 
 def write_run(folder: Folder, fields: Mapping[str, Any]) -> None:
