@@ -101,9 +101,7 @@ def test_json_that_nobody_means_is_refused() -> None:
 @pytest.mark.parametrize(
     "row", [b"a.jpg", b"\xff,35", b"a.jpg,0", b"a.jpg," + b"9" * 200_000, b"a.jpg,-35", b"a.jpg,nan"],
 )  # fmt: skip
-def test_focal_lengths_that_are_none_are_faults(
-    content: bytes, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_focal_lengths_that_are_none_are_faults(row: bytes, tmp_path: Path) -> None:
     (tmp_path / "body_pixel_locations.csv").write_text("P1,Torso,1,1,a.jpg,64,48\nP2,Torso,9,1,a.jpg,64,48\n")
     (tmp_path / "ground_truth_locations.csv").write_text("0,P1,0,0,0\n0,P2,1000,0,0\n0,C1,0,0,3000\n")
     (tmp_path / "camera_locations_photoshoot_identifiers.csv").write_text("0,C1,a.jpg\n")

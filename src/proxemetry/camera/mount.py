@@ -35,6 +35,8 @@ STATED_HEIGHT_REL_SD = 0.03
 #: Significant digits of what is written: more than anybody measures, and few enough to survive degrees and radians.
 _DIGITS = 12
 _N = len(UNKNOWNS)
+#: What no camera is above, metres (an airliner flies at ten thousand), and what no angle or logarithm is uncertain by.
+_HIGHEST_M, _LARGEST_SD = 1e5, 10.0
 _NOTHING = ((math.nan,) * _N,) * _N
 
 
@@ -98,6 +100,10 @@ class Mount:
             object.__setattr__(self, name, math.nan if math.isnan(value) else value)
         if self.height_m <= 0:
             raise CameraError(f"mount height is {self.height_m:g} m: the camera must be above the floor")
+        if self.height_m > _HIGHEST_M or abs(self.roll_rad) > math.radians(360):
+            raise CameraError(
+                f"mount height is {self.height_m:g} m, roll {self.roll_rad:g} rad: no camera is so placed"
+            )
         if abs(self.pitch_rad) > math.radians(90.001):
             raise CameraError(f"mount pitch is {math.degrees(self.pitch_rad):g} degrees: it must be -90 to 90")
         if self.camera is not None:
@@ -117,6 +123,8 @@ class Mount:
             name = UNKNOWNS[int(np.flatnonzero(stated != known)[0])]
             raise CameraError(f"mount covariance: the {name} is stated without its variance, or the other way round")
         block = matrix[np.ix_(known, known)]
+        if np.diag(block).max(initial=0) > _LARGEST_SD**2:
+            raise CameraError("mount: a standard deviation is larger than anything it could be about")
         if (
             not np.isfinite(block).all()
             or not np.allclose(block, block.T)
