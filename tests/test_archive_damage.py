@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from proxemetry.archive.review.corrections import FILE, Log
 from proxemetry.archive.run import run as run_module
 from proxemetry.archive.run.run import run
 from proxemetry.archive.run.work import Job
@@ -18,6 +19,7 @@ from proxemetry.archive.store import damage, parts
 from proxemetry.archive.store.folder import Folder
 from proxemetry.archive.store.results import Results
 from proxemetry.cli import main
+from proxemetry.errors import OutputError
 from synthetic.small_photos import write_photo, write_photos
 
 POSE = "python:synthetic.small_photos:two_people"
@@ -227,3 +229,17 @@ def test_finished_results_that_cannot_be_written_are_looked_at(original: Path, r
     for path in (results, *results.rglob("*")):
         path.chmod(0o755)
     assert (tmp_path / "x.html").exists()
+
+
+def test_corrections_of_a_disk_that_cannot_be_written_are_read(original: Path, results: Path) -> None:
+    scene = next(iter(Results.open(results).scenes()))
+    empty = Log(results / FILE, read_only=True)
+    assert empty.actions() == []
+    assert not (results / FILE).exists()
+    log = Log(results / FILE)
+    log.append(scene, "note", {"text": "x"}, "ada")
+    log.close()
+    reader = Log(results / FILE, read_only=True)
+    assert [a.action for a in reader.actions()] == ["note"]
+    with pytest.raises(OutputError, match="copy the results folder"):
+        reader.append(scene, "note", {"text": "y"}, "ada")

@@ -12,7 +12,6 @@ import importlib.util
 import io
 import signal
 import sys
-import threading
 from collections.abc import Sequence
 from typing import NoReturn
 
@@ -105,6 +104,8 @@ def _require_memory() -> None:
 
 def end_as_by_ctrl_c() -> None:
     """Let this process unwind where a batch system ends it or its terminal closes: what is temporary goes."""
+    import threading
+
     if threading.current_thread() is not threading.main_thread():
         return  # whoever runs a command beside other work minds the signals
     signal.signal(signal.SIGTERM, signal.default_int_handler)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import json
+import os
 import threading
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
@@ -63,7 +64,8 @@ class FolderStore:
         if is_url(location):
             raise SettingsError(f"{location}: a review needs a results folder on this machine; copy it here first")
         self.results = Results.open(location)
-        self.log = Log(Path(self.results.folder.location) / FILE)
+        place = Path(self.results.folder.location)
+        self.log = Log(place / FILE, read_only=not os.access(place, os.W_OK))
         self._locations = self.results.locations()
 
     def about(self) -> dict[str, Any]:

@@ -64,26 +64,38 @@ class FileKey:
 class Log:
     """The log at `path` (":memory:" keeps none), created where it is absent; holds a database connection.
 
+    read_only: nothing is created or kept, as on a disk that cannot be written.
+
     Raises OutputError where the file cannot be written or is no log of corrections.
     """
 
-    def __init__(self, path: str | Path) -> None:
-        self.path = str(path)
+    def __init__(self, path: str | Path, *, read_only: bool = False) -> None:
+        self.path, self._read_only = str(path), read_only
         self._lock = threading.Lock()
         try:
             if self.path != ":memory:" and os.path.lexists(self.path):
                 require_file(self.path)  # a pipe would be waited for
-            self._database = sqlite3.connect(self.path, check_same_thread=False, isolation_level=None)
-            # All in one file, whatever ends the program: people copy it, and keep it on shared drives.
-            self._database.execute("PRAGMA journal_mode = DELETE")
-            self._database.execute("PRAGMA synchronous = FULL")  # an entry is on the disk before its answer is shown
-            self._database.executescript(_SCHEMA)
+            self._database = self._opened()
             self._database.execute(f"SELECT {_COLUMNS} FROM actions LIMIT 1")
             # What another program wrote need not be UTF-8.
             self._database.text_factory = lambda content: content.decode(errors="replace")
         except (sqlite3.Error, OSError) as error:
             why = reason_of(error)
             raise OutputError(f"{self.path}: cannot be used as a log of corrections ({why})") from error
+
+    def _opened(self) -> sqlite3.Connection:
+        """Return the database, with its table; a log that may only be read and is not there is an empty one."""
+        if self._read_only and os.path.lexists(self.path):
+            address = f"{Path(self.path).absolute().as_uri()}?mode=ro"
+            return sqlite3.connect(address, uri=True, check_same_thread=False, isolation_level=None)
+        database = sqlite3.connect(
+            ":memory:" if self._read_only else self.path, check_same_thread=False, isolation_level=None
+        )
+        # All in one file, whatever ends the program: people copy it, and keep it on shared drives.
+        database.execute("PRAGMA journal_mode = DELETE")
+        database.execute("PRAGMA synchronous = FULL")  # an entry is on the disk before its answer is shown
+        database.executescript(_SCHEMA)
+        return database
 
     def append(self, scene: Scene, action: str, value: Mapping[str, Any], who: str) -> Action:
         """Append one action on a scene's file and return it; raises SettingsError for one that cannot be applied."""
@@ -109,6 +121,8 @@ class Log:
 
     def keep(self, draft: Action) -> Action:
         """Append an action that was tried and return it with its number; raises OutputError."""
+        if self._read_only:
+            raise OutputError(f"{self.path}: cannot be written; copy the results folder elsewhere to correct them")
         value = json.dumps(dict(draft.value), sort_keys=True, allow_nan=False)
         row = (draft.time, draft.who, draft.photo, draft.sha256, draft.action, value)
         try:
@@ -196,7 +210,7 @@ def entries_at(location: str | Path) -> list[Action]:
     path = Path(location) / FILE
     if not os.path.lexists(path):
         return []
-    log = Log(path)
+    log = Log(path, read_only=True)
     try:
         return log.actions()
     finally:

@@ -49,6 +49,14 @@ def open_filesystem(url: str) -> Any:
         raise SettingsError(f"{url}: {error}") from error
 
 
+def path_in_store(url: str) -> str:
+    """Return a URL's path as its file system has it: a bucket and a key, for instance."""
+    open_filesystem(url)  # says what is missing
+    from fsspec.core import url_to_fs  # pyright: ignore[reportUnknownVariableType]
+
+    return str(url_to_fs(url)[1])
+
+
 def overlay_name(photo: str) -> str:
     """Return the name of a photo's drawing, relative to the results folder."""
     stays = photo.lower().endswith((".jpg", ".jpeg", ".png"))

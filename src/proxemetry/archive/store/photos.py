@@ -14,7 +14,7 @@ from typing import Any
 from ...errors import SettingsError
 from ...files import readable_name
 from ...photo import EXTENSIONS
-from .folder import OVERLAYS, RUN_FILE, is_url, local_path, open_filesystem
+from .folder import OVERLAYS, RUN_FILE, is_url, local_path, open_filesystem, path_in_store
 
 _ESCAPED = re.compile(rb"\\x([89a-f][0-9a-f]|5c)")
 _ENDINGS = frozenset(ending[1:] for ending in EXTENSIONS)
@@ -238,7 +238,7 @@ def _is_left_out(name: str, in_library: bool) -> bool:
 
 def _remote_files(folder: str, passed: PassedOver) -> Iterator[str]:
     filesystem: Any = open_filesystem(folder)
-    bare = filesystem._strip_protocol(folder)
+    bare = path_in_store(folder)
     for file in filesystem.find(bare):
         parts = posixpath.relpath(file, bare).split("/")
         beside = zip(parts[:-1], ("", *parts[:-2]), strict=True)
@@ -263,7 +263,7 @@ def _search_remote(paths: Sequence[str]) -> Search:
     files: list[str] = []
     folders: list[str] = []
     for path in paths:
-        bare = filesystem._strip_protocol(path)
+        bare = path_in_store(path)
         matches = filesystem.glob(bare) if glob.has_magic(bare) else [bare]
         for match in matches:
             if filesystem.isdir(match):
