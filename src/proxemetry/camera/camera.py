@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from typing import cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -154,7 +155,11 @@ class Camera:
 
 
 def _source(source: Source | str) -> Source:
-    return source if isinstance(source, Source) else Source(FocalSource.USER, source)
+    if isinstance(source, Source):
+        return source
+    if not isinstance(cast(object, source), str):
+        raise CameraError(f"camera source is {source!r:.40}: it must be a text, or a Source")
+    return Source(FocalSource.USER, source)
 
 
 def _plain(name: str, value: object) -> float:

@@ -87,8 +87,11 @@ class Source:
 
     @classmethod
     def from_dict(cls, fields: Mapping[str, Any]) -> Source:
-        """Return the source that was written as a dict; raises ValueError for an unknown kind."""
-        return cls(FocalSource(fields["kind"]), fields["detail"], fields["reviewed"])
+        """Return the source that was written as a dict; raises ValueError for an unknown kind, or odd values."""
+        detail, reviewed = fields["detail"], fields["reviewed"]
+        if not isinstance(detail, str) or not isinstance(reviewed, bool):
+            raise ValueError("the source of a focal length has a text as its detail, and is reviewed or not")
+        return cls(FocalSource(fields["kind"]), detail, reviewed)
 
 
 class Doubt(StrEnum):
