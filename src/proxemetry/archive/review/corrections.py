@@ -79,7 +79,7 @@ class Log:
             self._database.execute(f"SELECT {_COLUMNS} FROM actions LIMIT 1")
             # What another program wrote need not be UTF-8.
             self._database.text_factory = lambda content: content.decode(errors="replace")
-        except (sqlite3.Error, OSError) as error:
+        except (sqlite3.Error, OSError, ValueError) as error:  # a damaged schema need not be text, nor its error
             why = reason_of(error)
             raise OutputError(f"{self.path}: cannot be used as a log of corrections ({why})") from error
 
@@ -161,7 +161,7 @@ class Log:
         try:
             with self._lock:
                 return self._database.execute(query, values).fetchall()
-        except sqlite3.Error as error:
+        except (sqlite3.Error, ValueError) as error:
             raise OutputError(f"{self.path}: damaged ({error}); put back a copy of it, or move it away") from error
 
     def close(self) -> None:
