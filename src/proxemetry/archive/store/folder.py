@@ -114,7 +114,10 @@ class Folder:
             except FileNotFoundError:
                 return {}
         self._remote.invalidate_cache()
-        found: list[dict[str, Any]] = self._remote.ls(self.path(subfolder), detail=True)
+        try:
+            found: list[dict[str, Any]] = self._remote.ls(self.path(subfolder), detail=True)
+        except FileNotFoundError:
+            return {}
         dates = ("ETag", "etag", "LastModified", "mtime", "created", "updated")
         return {
             os.path.basename(about["name"]): (about.get("size"), *(str(about[key]) for key in dates if about.get(key)))
