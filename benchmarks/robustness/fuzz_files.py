@@ -411,7 +411,7 @@ def _changed(rng: Rng, content: Any) -> Any:
     way = rng.random()
     if way < 0.6:
         parent[key] = _odd(rng)
-    elif way < 0.75 and isinstance(parent[key], int | float):
+    elif way < 0.75 and isinstance(parent[key], int | float) and abs(parent[key]) < 1e300:
         parent[key] = float(parent[key]) * float(_pick(rng, [-1, 0, 1e-9, 1e6, 1e200, 1e-300, 1000]))
     elif way < 0.9:
         del parent[key]
