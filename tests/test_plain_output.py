@@ -16,8 +16,8 @@ from proxemetry.archive.run.run import run
 from proxemetry.archive.run.work import Job
 from proxemetry.archive.store.results import Results
 from proxemetry.benchmark import read_predictions
-from proxemetry.benchmark.check import check_labels
 from proxemetry.benchmark.labels import FOCAL_FILES, read_labels
+from proxemetry.benchmark.validate_labels import check_labels
 from proxemetry.cli import main
 from proxemetry.errors import LabelsError, PhotoError, ProxemetryError
 from proxemetry.files import cell_of, parse_json, text_of

@@ -60,6 +60,12 @@ def test_texts_that_nobody_means_are_one_line(text: str, tmp_path: Path, capsys:
     assert capsys.readouterr().err.count("\n") == 1
 
 
+def test_mmpose_instances_that_are_no_list_are_one_line(tmp_path: Path) -> None:
+    (tmp_path / "results_a.json").write_text('{"instance_info": [{"instances": 3.5}], "meta_info": {}}')
+    with pytest.raises(KeypointsError, match="must be a list"):
+        Recorded(tmp_path / "results_a.json")
+
+
 def test_joints_far_outside_are_missing_and_the_others_count(tmp_path: Path) -> None:
     person = {"keypoints": [[1e12, 5, 0.9], [float("inf"), 5, 0.9], *_PERSON["keypoints"][2:]], "box": [0, 0, 1e300, 9]}
     (tmp_path / "k.json").write_text(json.dumps(_content(people=[person, _PERSON])))

@@ -17,8 +17,8 @@ from PIL import Image
 
 from proxemetry.archive.review.corrections import FILE, Action, Log, corrected_scenes
 from proxemetry.benchmark import PROTOCOLS, score_files
-from proxemetry.benchmark.check import check_labels
 from proxemetry.benchmark.labels import read_labels
+from proxemetry.benchmark.validate_labels import check_labels
 from proxemetry.camera import Camera, Mount
 from proxemetry.camera.focal import FocalRequest, estimate_camera
 from proxemetry.camera.table import CameraTable

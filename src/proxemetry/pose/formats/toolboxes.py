@@ -26,6 +26,8 @@ def read_mmpose(where: str, photo: str, content: Any) -> RecordedPhoto:
             joints = meta.get("keypoint_id2name")
             names = None if joints is None else [joints[key] for key in sorted(joints, key=int)]
             content = frames
+        if not isinstance(content, list):
+            raise KeypointsError("the instances must be a list")
     persons: list[Person] = []
     for number, entry in enumerate(content):
         with naming(f"{where}, instance {number}"):
