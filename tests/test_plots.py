@@ -24,7 +24,7 @@ from proxemetry.people import People
 from proxemetry.people.skeleton import COCO_17
 from proxemetry.photo import Photo
 from proxemetry.plots.faces import heads_px, pixelated
-from proxemetry.plots.geometry import ground_positions
+from proxemetry.plots.geometry import ground_positions, horizon_px
 from proxemetry.plots.lettering import draw_badges, to_points
 from proxemetry.plots.pair_selection import PERSON_COLOURS, footnote, line_colours, metres_text, pairs_shown, text_on
 from proxemetry.plots.placement import along
@@ -261,3 +261,12 @@ def test_lines_have_the_colours_of_their_zones() -> None:
     distances = drawn_scene([(-0.5, 4.0), (0.5, 4.0)]).distances
     assert line_colours(distances, [(0, 1)]) == [ZONE_COLOURS[distances.zone(0, 1) or UNCERTAIN]]
     assert len(set(ZONE_COLOURS.values())) == len(ZONES) + 1
+
+
+def test_the_horizon_is_where_level_rays_end() -> None:
+    camera = Camera.centred(600, 640, 480)
+    pitch, roll = 0.2, 0.05
+    ends = horizon_px(camera, pitch, roll)
+    up = np.array([math.sin(roll) * math.cos(pitch), -math.cos(roll) * math.cos(pitch), -math.sin(pitch)])
+    np.testing.assert_allclose(camera.rays(ends) @ up, 0, atol=1e-12)
+    assert ends[:, 1].max() < 240  # a camera that looks down has the horizon above the middle

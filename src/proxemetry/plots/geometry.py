@@ -39,6 +39,20 @@ def ellipse(covariance_m2: FloatArray) -> tuple[float, float, float]:
     return float(a), float(b), math.atan2(vectors[1, 0], vectors[0, 0])
 
 
+def horizon_px(camera: Camera, pitch_rad: float, roll_rad: float) -> FloatArray:
+    """Return where the horizon meets the photo's left and right edge, pixels (2, 2); NaN where it stands upright.
+
+    Of an ideal camera: a bent lens bends it. pitch_rad, roll_rad: as in `bodies.Floor`.
+    """
+    down = np.array([-math.sin(roll_rad) * math.cos(pitch_rad), math.cos(roll_rad) * math.cos(pitch_rad),
+                     math.sin(pitch_rad)])  # fmt: skip
+    if abs(down[1]) < 1e-6:
+        return np.full((2, 2), np.nan)
+    u = np.array([0.0, float(camera.width)])
+    x = (u - camera.cx) / camera.fx
+    return np.column_stack([u, camera.cy - camera.fy * (down[0] * x + down[2]) / down[1]])
+
+
 def field_of_view(camera: Camera, up: FloatArray | None) -> FloatArray:
     """Return unit vectors on the ground, shape (2, 2), along the left and the right edge of the photo."""
     edges = np.array([[0.0, camera.cy], [camera.width, camera.cy]])

@@ -12,7 +12,7 @@ from ..distances import Distances
 from ..photo import RGBArray
 from ..scene import Scene
 from .faces import heads_px, pixelated
-from .geometry import anchors_px
+from .geometry import anchors_px, horizon_px
 from .lettering import badge_radius_pt, draw_badges, draw_pair_labels, to_points
 from .pair_selection import UNPLACED_COLOUR, colour_of, line_colours, line_styles, pair_text
 from .placement import around
@@ -36,12 +36,23 @@ def draw_photo(
     axes.set_axis_off()
     heads, anchors = heads_px(scene.people), to_points(axes, anchors_px(scene.people))
     ends = [(anchors[a], anchors[b]) for a, b in shown]
+    _draw_horizon(axes, scene)
     _draw_skeletons(axes, scene)
     _draw_lines(axes, anchors_px(scene.people), shown, scene.distances)
     everybody = list(range(len(scene)))
     colours = [badge_colour(scene, i) for i in everybody]
     taken = draw_badges(axes, _badge_spots(axes, heads, anchors), everybody, colours)
     draw_pair_labels(axes, ends, [pair_text(scene.distances, a, b) for a, b in shown], taken, _head_boxes(axes, heads))
+
+
+def _draw_horizon(axes: Axes, scene: Scene) -> None:
+    """Draw the horizon where the camera's pitch and roll are known besides the people: stated, or by straight lines."""
+    camera, mount = scene.camera.camera, scene.camera.mount
+    if camera is None or mount is None or not np.isfinite([mount.pitch_rad, mount.roll_rad]).all():
+        return
+    ends = horizon_px(camera, mount.pitch_rad, mount.roll_rad)
+    casing = [Stroke(linewidth=2.2, foreground="#000000", alpha=0.4), Normal()]
+    axes.plot(*ends.T, color="#FFFFFF", linewidth=0.9, linestyle=(0.0, (6.0, 4.0)), zorder=1.5, path_effects=casing)
 
 
 def badge_colour(scene: Scene, person: int) -> str:
