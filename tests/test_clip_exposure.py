@@ -20,7 +20,7 @@ def paths_of(places, step=STEP, sd=0.02):
     shot = [Sightings.of_places(t, p, sd) for t, p in zip(times, places, strict=True)]
     frames = np.arange(len(times))
     return [
-        smooth(Chain(frames, np.full(len(frames), k)), shot, times, track=k + 1) for k in range(places.shape[1])
+        smooth(Chain(frames, np.full(len(frames), k)), shot, times, number=k + 1) for k in range(places.shape[1])
     ], weights_s(times, step)
 
 

@@ -28,7 +28,7 @@ def paths_of(places, step=0.2):
     shot = [Sightings.of_places(t, p, 0.05) for t, p in zip(times, places, strict=True)]
     frames = np.arange(len(times))
     count = places.shape[1]
-    return [smooth(Chain(frames, np.full(len(frames), k)), shot, times, track=k + 1) for k in range(count)]
+    return [smooth(Chain(frames, np.full(len(frames), k)), shot, times, number=k + 1) for k in range(count)]
 
 
 def street(*people, frames=60, step=0.2):

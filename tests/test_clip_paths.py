@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from proxemetry.clip.joining import joined
 from proxemetry.clip.motion import SPEED_SD_M_S, VELOCITY, transition
 from proxemetry.clip.sightings import Chain, Sightings
 from proxemetry.clip.smoothing import LASTING_SHARE, noise_scale_of, smooth, surprises
@@ -190,3 +191,19 @@ def test_overlap_of_boxes():
     found = intersection_over_union(boxes[:1], boxes)[0]
     assert found[:3] == pytest.approx([1.0, 2 / 6, 0.0])
     assert np.isnan(found[3])
+
+
+def test_who_was_hidden_for_long_is_joined_from_both_sides_and_strangers_are_not():
+    walker = walkers(60)[:, :1].copy()
+    walker[20:38] = np.nan  # 3.6 s
+    times = np.arange(60) * STEP
+    chains = track(shot_of(walker))
+    assert len(chains) == 2
+    (whole,) = joined(chains, shot_of(walker), times)
+    assert len(whole) == 42
+    stranger = walker.copy()
+    stranger[38:] = stranger[38:] * (1, 0) + (0, 4)
+    assert len(joined(track(shot_of(stranger)), shot_of(stranger), times)) == 2
+    back = walker.copy()
+    back[38:] = back[38:][::-1]
+    assert len(joined(track(shot_of(back)), shot_of(back), times)) == 2

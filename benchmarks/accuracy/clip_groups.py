@@ -59,7 +59,7 @@ def described(paths):
         shared = together(a, b)
         found = None if shared is None else features(shared)
         if found is not None:
-            pairs.append((a.track, b.track))
+            pairs.append((a.number, b.number))
             rows.append(found)
     return pairs, np.array(rows)
 
@@ -98,7 +98,7 @@ def main() -> None:
         model = fitted(np.concatenate([v[3] for v in others]), np.concatenate([v[4] for v in others]))
         p = adjusted(predicted(rows, model), model.rate)
         found = {tuple(sorted(k)) for k, v in zip(pairs, p, strict=True) if v > 0.5}
-        clusters = groups_of([x.track for x in paths], dict(zip(pairs, p, strict=True)))
+        clusters = groups_of([x.number for x in paths], dict(zip(pairs, p, strict=True)))
         linked = {c for g in clusters for c in itertools.combinations(g, 2)}
         counts = np.array([len(truth), len(found), len(found & truth), len(linked & truth)])
         total += counts

@@ -29,6 +29,10 @@ class PhotoError(ProxemetryError):
     """A photo cannot be read or decoded."""
 
 
+class ClipError(ProxemetryError):
+    """A clip cannot be read or decoded."""
+
+
 class CameraError(ProxemetryError):
     """What is stated of a camera contradicts itself or cannot be used."""
 

@@ -22,6 +22,7 @@ from ..version import __version__
 COMMANDS: dict[str, str] = {
     "measure": "measure how far apart the people in photos stand",
     "calibrate": "find where a fixed camera is, once, for all its photos: from points, lengths or the people",
+    "video": "measure who was how near to whom in clips, and for how long",
     "summary": "an archive's figures by year, country, folder or any column",
     "export": "results for other programs: SPSS, COCO keypoints, the tables anew, the codebook",
     "score": "score predictions against a benchmark's labels, or check a labels folder",

@@ -8,6 +8,8 @@ from ..archive.figures.export import COCO_FILE, write_coco, write_spss
 from ..archive.figures.spreadsheet import Locale, write_local_csv, write_xlsx
 from ..archive.store.folder import Folder
 from ..archive.store.results import TABLE_FORMATS, Results
+from ..clip.spss import is_clip
+from ..clip.spss import write_spss as write_clip_spss
 from ..errors import SettingsError
 from ..tables import TABLES, codebook_markdown
 from . import DONE
@@ -56,6 +58,8 @@ def run(args: argparse.Namespace) -> int:
         return DONE
     if args.results is None:
         raise SettingsError("no results named: proxemetry export DIR")
+    if is_clip(Folder(args.results)):
+        return _clip(args)
     results = Results.open(args.results)
     results.require_finished()
     target = Folder(args.out) if args.out else results.folder
@@ -76,6 +80,18 @@ def run(args: argparse.Namespace) -> int:
         write_coco(results, target)
         written.append(COCO_FILE)
     print(f"written to {target.location}: {', '.join(written)}")
+    return DONE
+
+
+def _clip(args: argparse.Namespace) -> int:
+    """Write a clip's tables for SPSS; its other files are there from the start."""
+    folder = Folder(args.results)
+    if tuple(args.format) != ("spss",):
+        raise SettingsError(
+            f"{args.results}: a clip's CSV, Parquet and COCO files are in it; --format spss writes more"
+        )
+    target = Folder(args.out) if args.out else folder
+    print(f"written to {target.location}: {', '.join(write_clip_spss(folder, target))}")
     return DONE
 
 

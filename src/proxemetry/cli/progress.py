@@ -15,7 +15,8 @@ _SECONDS_BETWEEN_LINES = 30.0
 class Reporter:
     """Call it with every step; leaving it closes the bar."""
 
-    def __init__(self) -> None:
+    def __init__(self, unit: str = "photo") -> None:
+        self._unit = unit
         self._bar: Any = None
         self._started = self._said = 0.0
         self._last = Progress(0, 0, 0)
@@ -40,7 +41,7 @@ class Reporter:
             self._started = self._said = time.monotonic()
         self._last = progress
         for trace in progress.errors:
-            self._write(f"proxemetry: a bug in one photo; the run goes on. Please report it:\n{trace}")
+            self._write(f"proxemetry: a bug in one {self._unit}; the run goes on. Please report it:\n{trace}")
         if sys.stderr.isatty():
             self._show()
         elif time.monotonic() - self._said >= _SECONDS_BETWEEN_LINES:
@@ -50,7 +51,7 @@ class Reporter:
         from tqdm import tqdm
 
         if self._bar is None:
-            self._bar = tqdm(total=self._last.total, unit="photo", dynamic_ncols=True, smoothing=0.05)
+            self._bar = tqdm(total=self._last.total, unit=self._unit, dynamic_ncols=True, smoothing=0.05)
         self._bar.total = self._last.total  # photos may be found while others are measured
         self._bar.update(self._last.done - self._bar.n)
         if self._last.failed:
@@ -63,7 +64,9 @@ class Reporter:
         rate = done / max(self._said - self._started, 1e-9)
         left = f", {_duration((total - done) / rate)} left" if rate and done < total else ""
         failed = f", {self._last.failed} failed" if self._last.failed else ""
-        self._write(f"{time.strftime('%H:%M:%S')} {done}/{total} photos, {rate:.2f} photos/s{left}{failed}")
+        self._write(
+            f"{time.strftime('%H:%M:%S')} {done}/{total} {self._unit}s, {rate:.2f} {self._unit}s/s{left}{failed}"
+        )
 
     def _write(self, text: str) -> None:
         if self._bar is not None:

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import FloatArray
-from ..distances import LEVEL
+from ..intervals import HIGH, LOW
 
 #: A block must be longer than people stay: how many belong to one frame's accident.
 BLOCK_S = 10.0
@@ -102,7 +102,7 @@ def _block_interval(
     spread = xx - x * x / n
     known = spread > 1e-9
     slope = np.where(known, (xy - x * y / n) / np.where(known, spread, 1.0), 0.0)
-    low, high = np.quantile(((y - slope * x) / n)[known], [(1 - LEVEL) / 2, (1 + LEVEL) / 2])
+    low, high = np.quantile(((y - slope * x) / n)[known], [LOW, HIGH])
     return float(low), float(high)
 
 
@@ -129,5 +129,5 @@ def rate(amount: FloatArray, per: FloatArray, t_s: FloatArray, seed: int = 0) ->
     above, below = (np.bincount(number, weights=v, minlength=count) for v in (amount, per))
     drawn = np.random.default_rng(seed).multinomial(count, np.full(count, 1 / count), size=_DRAWS).astype(float)
     ratios = (drawn @ above) / np.maximum(drawn @ below, 1e-12)
-    low, high = np.quantile(ratios[drawn @ below > 0], [(1 - LEVEL) / 2, (1 + LEVEL) / 2])
+    low, high = np.quantile(ratios[drawn @ below > 0], [LOW, HIGH])
     return Rate(value, float(low), float(high))

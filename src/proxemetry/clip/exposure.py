@@ -15,9 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import FloatArray
-from ..distances import LEVEL
+from ..intervals import HIGH, LOW
 from .nearness import Nearness, nearness
-from .smoothing import Path
+from .smoothing import Track
 
 #: Takes places on the floor (n, 2) and returns what they owe to the camera, shape (n, 2, K): a place's shift per
 #: standard deviation of each of the K things about the camera that are not exactly known.
@@ -68,7 +68,7 @@ class PairOverTime:
 
 def interval(drawn: FloatArray, around: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the central 90 % of draws (D, ...), widened where need be so that the answer lies in it."""
-    low, high = np.quantile(drawn, [(1 - LEVEL) / 2, (1 + LEVEL) / 2], axis=0)
+    low, high = np.quantile(drawn, [LOW, HIGH], axis=0)
     return np.minimum(low, around), np.maximum(high, around)
 
 
@@ -86,7 +86,7 @@ def weights_s(times_s: FloatArray, step_s: float) -> FloatArray:
 
 
 def pairs_over_time(
-    paths: Sequence[Path], weight_s: FloatArray, limits_m: Sequence[float],
+    paths: Sequence[Track], weight_s: FloatArray, limits_m: Sequence[float],
     sensitivity: Sensitivity = exactly_known, draws: int = DRAWS, seed: int = 0,
 ) -> Iterator[PairOverTime]:  # fmt: skip
     """Yield every pair of paths that overlap in time, in the order of the later one's beginning.
@@ -96,14 +96,14 @@ def pairs_over_time(
     """
     camera: FloatArray | None = None
     there: list[_Drawn] = []
-    for path in sorted(paths, key=lambda p: (int(p.frames[0]), p.track)):
+    for path in sorted(paths, key=lambda p: (int(p.frames[0]), p.number)):
         there = [d for d in there if d.path.frames[-1] >= path.frames[0]]
         shift = sensitivity(path.positions_m)
         if camera is None:
             camera = np.random.default_rng([seed]).standard_normal((draws, shift.shape[-1]))
         newcomer = _Drawn(path, shift, camera, seed)
         for other in there:
-            first, second = (other, newcomer) if other.path.track < path.track else (newcomer, other)
+            first, second = (other, newcomer) if other.path.number < path.number else (newcomer, other)
             yield _pair(first, second, weight_s, limits_m)
         there.append(newcomer)
 
@@ -111,7 +111,7 @@ def pairs_over_time(
 class _Drawn:
     """A path with its draws, made when the first other person comes near."""
 
-    def __init__(self, path: Path, shift: FloatArray, camera: FloatArray, seed: int) -> None:
+    def __init__(self, path: Track, shift: FloatArray, camera: FloatArray, seed: int) -> None:
         self.path, self.shift, self.draws = path, shift, len(camera)
         self._camera, self._seed = camera, seed
         self._places: NDArray[np.float32] | None = None
@@ -120,7 +120,7 @@ class _Drawn:
     def places(self) -> NDArray[np.float32]:
         places = self._places
         if places is None:
-            rng = np.random.default_rng([self._seed, 1, self.path.track])
+            rng = np.random.default_rng([self._seed, 1, self.path.number])
             own = self.path.drawn(rng, self.draws)
             places = (own + np.einsum("nik,dk->ndi", self.shift, self._camera)).astype(np.float32)
             self._places = places
@@ -145,10 +145,10 @@ def _pair(a: _Drawn, b: _Drawn, weight_s: FloatArray, limits_m: Sequence[float])
     if len(limits_m) and near.p_within.max(initial=0.0) > _NEVER:
         lengths = np.linalg.norm(a.places[i] - b.places[j], axis=-1)
         drawn = np.stack([weight @ (lengths < limit) for limit in limits_m], axis=-1)
-        drawn_low, drawn_high = np.quantile(lengths.min(axis=0), [(1 - LEVEL) / 2, (1 + LEVEL) / 2])
+        drawn_low, drawn_high = np.quantile(lengths.min(axis=0), [LOW, HIGH])
         low, high = min(float(drawn_low), closest), max(float(drawn_high), closest)
     return PairOverTime(
-        a.path.track, b.path.track, frames, a.path.t_s[i], weight, near, a.path.seen[i] & b.path.seen[j],
+        a.path.number, b.path.number, frames, a.path.t_s[i], weight, near, a.path.seen[i] & b.path.seen[j],
         seconds, drawn, closest, low, high,
     )  # fmt: skip
 

@@ -16,7 +16,7 @@ import numpy as np
 
 from ..arrays import FloatArray
 from .motion import PLACE, VELOCITY
-from .smoothing import Path
+from .smoothing import Track
 
 #: Pairs that are never nearer are not asked about.
 REACH_M = 4.0
@@ -65,7 +65,7 @@ class Together:
     b_m_s: FloatArray
 
 
-def together(a: Path, b: Path) -> Together | None:
+def together(a: Track, b: Track) -> Together | None:
     """Return what two paths have in common in time, None where that is nothing."""
     first, last = max(int(a.frames[0]), int(b.frames[0])), min(int(a.frames[-1]), int(b.frames[-1]))
     if last < first:
@@ -101,16 +101,20 @@ def features(pair: Together) -> FloatArray | None:
     ])  # fmt: skip
 
 
-def group_probabilities(paths: Sequence[Path], model: Model = FITTED) -> dict[tuple[int, int], float]:
+def group_probabilities(paths: Sequence[Track], model: Model = FITTED) -> dict[tuple[int, int], float]:
     """Return the probability of being together for every pair that is ever near, by track numbers (a, b), a first."""
     pairs: list[tuple[int, int]] = []
     described: list[FloatArray] = []
-    for k, a in enumerate(paths):
-        for b in paths[k + 1 :]:
+    in_time = sorted(paths, key=lambda p: (int(p.frames[0]), p.number))
+    for k, first in enumerate(in_time):
+        for other in in_time[k + 1 :]:
+            if other.frames[0] > first.frames[-1]:
+                break
+            a, b = (first, other) if first.number < other.number else (other, first)
             shared = together(a, b)
             found = None if shared is None else features(shared)
             if found is not None:
-                pairs.append((a.track, b.track))
+                pairs.append((a.number, b.number))
                 described.append(found)
     if not pairs:
         return {}

@@ -9,16 +9,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import erf
-from statistics import NormalDist
 
 import numpy as np
 
 from ..arrays import FloatArray
-from ..distances import LEVEL, least_error_and_interval, planar_lengths
+from ..distances import least_error_and_interval, planar_lengths
+from ..intervals import HALF_WIDTH_SD
 
 #: From so many standard deviations on a distance is as good as Gaussian (the skewness that is left is below 0.1).
 _GAUSSIAN_FROM = 10.0
-_Z = NormalDist().inv_cdf((1 + LEVEL) / 2)
 _BLOCK = 2000
 
 _phi = np.vectorize(lambda z: 0.5 * (1 + erf(z / 2**0.5)), otypes=[float])
@@ -68,4 +67,4 @@ def _gaussian(gap: FloatArray, covariance: FloatArray, length: FloatArray, limit
         p_within[:, j] = _phi((limit - middle) / sd)
     # the answer of least relative error lies below the middle by variance over length
     answer = middle - sd**2 / np.maximum(middle, 1e-12)
-    return Nearness(answer, np.maximum(middle - _Z * sd, 0.0), middle + _Z * sd, p_within)
+    return Nearness(answer, np.maximum(middle - HALF_WIDTH_SD * sd, 0.0), middle + HALF_WIDTH_SD * sd, p_within)

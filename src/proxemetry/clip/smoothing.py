@@ -23,17 +23,18 @@ LASTING_SHARE = 0.5
 
 
 @dataclass(frozen=True, eq=False)
-class Path:
-    """One person's path through a shot, over n consecutive frames from the first sighting to the last.
+class Track:
+    """One person's smoothed path through a shot, over n consecutive frames from the first sighting to the last.
 
-    track: its number. frames: shape (n,), frame numbers in the shot. t_s: shape (n,). states: shape (n, 4), x, y, vx,
-    vy on the floor. covariance: shape (n, 4, 4). gains, kicks: shape (n, 4, 4): a drawn deviation from `states` is at
-    each frame its gain times that of the next frame plus noise of covariance `kicks`; gains of the last are unused.
+    number: its own in the clip. frames: shape (n,), frame numbers in the shot. t_s: shape (n,). states: shape (n, 4),
+    x, y, vx, vy on the floor. covariance: shape (n, 4, 4). gains, kicks: shape (n, 4, 4): a drawn deviation from
+    `states` is at each frame its gain times that of the next frame plus noise of covariance `kicks`; gains of the last
+    are unused.
     lasting_m2: shape (n, 2, 2), the covariance of what does not average out: one error a track, part of every
     position's uncertainty besides `covariance`. people: shape (n,), the place in `sightings[frame]`, -1 where bridged.
     """
 
-    track: int
+    number: int
     frames: NDArray[np.intp]
     t_s: FloatArray
     states: FloatArray
@@ -61,9 +62,9 @@ class Path:
         """Shape (n, 2, 2): how uncertain each position is, given the camera."""
         return self.covariance[:, PLACE, PLACE] + self.lasting_m2
 
-    def numbered(self, track: int) -> Path:
-        """Return the same path under another number."""
-        return replace(self, track=track)
+    def numbered(self, number: int) -> Track:
+        """Return the same track under another number."""
+        return replace(self, number=number)
 
     def drawn(self, rng: np.random.Generator, draws: int) -> FloatArray:
         """Return drawn paths, shape (n, draws, 2): whole ones, as smooth as people are."""
@@ -96,8 +97,8 @@ class _Filtered:
 
 
 def smooth(
-    chain: Chain, shot: Sequence[Sightings], times_s: FloatArray, track: int = 0, noise_scale: float = 1.0
-) -> Path:
+    chain: Chain, shot: Sequence[Sightings], times_s: FloatArray, number: int = 0, noise_scale: float = 1.0
+) -> Track:
     """Return the smoothed path of one chain.
 
     times_s: shape (F,), the time of every frame of the shot. noise_scale: what the stated covariances are multiplied
@@ -109,7 +110,7 @@ def smooth(
     places, noise = _measured(chain, shot, people, noise_scale)
     times = np.asarray(times_s, dtype=float)[frames]
     filtered = _filter(times, places, noise, people >= 0)
-    return Path(track, frames, times, *_backwards(times, filtered), LASTING_SHARE**2 * noise, people)
+    return Track(number, frames, times, *_backwards(times, filtered), LASTING_SHARE**2 * noise, people)
 
 
 def surprises(chain: Chain, shot: Sequence[Sightings], times_s: FloatArray, noise_scale: float = 1.0) -> FloatArray:
@@ -172,7 +173,7 @@ def _filter(times: FloatArray, places: FloatArray, noise: FloatArray, seen: NDAr
 
 
 def _backwards(times: FloatArray, filtered: _Filtered) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Return smoothed states and covariances, and gains and kicks (see `Path`)."""
+    """Return smoothed states and covariances, and gains and kicks (see `Track`)."""
     count = len(times)
     states, covariance = filtered.state.copy(), filtered.covariance.copy()
     gains, kicks = np.zeros((count, 4, 4)), np.zeros((count, 4, 4))

@@ -1,0 +1,373 @@
+"""From a clip's measured frames to who was where, with whom, and near whom for how long: the order of it all."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass, field, replace
+from itertools import repeat
+from multiprocessing import get_context
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..archive.run.schedule import Note, Progress
+from ..archive.store import parts
+from ..archive.store.folder import Folder
+from ..arrays import FloatArray
+from ..bodies import Bodies
+from ..camera import FloorFrame, Mount
+from ..measure import Settings, remeasure
+from ..scene import Scene
+from .boxes import standing
+from .camera import ClipCamera, chosen_frames, told_by_people
+from .density import Region
+from .events import SHORTEST_S
+from .exposure import (
+    DRAWS,
+    PairOverTime,
+    Sensitivity,
+    exactly_known,
+    pairs_over_time,
+    weights_s,
+)
+from .floor import CameraError, held, is_complete, sightings_of
+from .groups import group_probabilities, groups_of
+from .joining import joined
+from .measuring import PART, Measured, end_with_parent, scenes_of
+from .shots import Shot
+from .sightings import Chain, Sightings
+from .smoothing import Track, noise_scale_of, smooth, surprises
+from .tracking import MEMORY_S, track
+
+#: Frames further apart say nothing of who is who: each is a picture of its own.
+_LONGEST_STEP_S = MEMORY_S
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """What is asked of a clip. within_m: limits in metres, ascending. region: of densities, the whole floor without.
+
+    mount: as stated, for the camera that the clip begins with. shortest_event_s: what is shorter is no event.
+    """
+
+    within_m: tuple[float, ...] = (1.0, 1.5, 2.0)
+    region: Region | None = None
+    mount: Mount | None = None
+    settings: Settings = field(default_factory=Settings)
+    shortest_event_s: float = SHORTEST_S
+
+
+@dataclass(frozen=True, eq=False)
+class Person:
+    """One track with what holds for the whole of it.
+
+    heading_rad: shape (n,), NaN where unseen. rows: shape (n,), the person's row in each scene, -1 where unseen.
+    """
+
+    track: Track
+    shot: int
+    stature_m: float
+    stature_sd_m: float
+    group: int
+    heading_rad: FloatArray
+    rows: NDArray[np.intp]
+
+
+@dataclass(frozen=True, eq=False)
+class FrameState:
+    """One frame: how many people, their places (n, 2), and what the camera was."""
+
+    t_s: float
+    shot: int
+    camera: int
+    status: str
+    reason: str | None
+    n_people: int
+    n_detected: int
+
+
+@dataclass(eq=False)
+class Analysis:
+    """What is known of a clip; pairs come by `pairs`, one after the other, since they may be millions."""
+
+    measured: Measured
+    wanted: Wanted
+    cameras: dict[int, ClipCamera]
+    frames: list[FrameState]
+    people: list[Person]
+    probability: dict[tuple[int, int], float]
+    weight_s: FloatArray
+    region: Region | None
+    noise_scale: dict[int, float]
+    facing: dict[tuple[int, int, int], float]
+
+    def sensitivity(self, camera: int) -> Sensitivity:
+        """Return what places owe to a camera's own error."""
+        known = self.cameras.get(camera)
+        if known is None or known.mount is None or known.camera is None:
+            return exactly_known
+        return CameraError(known.mount, known.mount.camera or known.camera)
+
+    def pairs(self) -> Iterator[PairOverTime]:
+        """Yield every pair of tracks that were there at one time."""
+        for number, shot in enumerate(self.measured.shots):
+            tracks = [p.track for p in self.people if p.shot == number]
+            yield from pairs_over_time(
+                tracks, self.weight_s, self.wanted.within_m, self.sensitivity(shot.camera), DRAWS
+            )
+
+    @property
+    def main_camera(self) -> int:
+        """The camera of most of the frames: maps and densities are of its floor."""
+        cameras = [f.camera for f in self.frames] or [0]
+        return max(sorted(set(cameras)), key=cameras.count)
+
+
+def analyse(
+    folder: Folder, measured: Measured, wanted: Wanted, jobs: int, tell: Callable[[Progress | Note], None]
+) -> Analysis:
+    """Return who was where in a clip whose frames all are measured."""
+    cameras = _cameras(folder, measured, wanted)
+    return assembled(measured, wanted, cameras, _placed(folder, measured, cameras, wanted, jobs, tell))
+
+
+def assembled(measured: Measured, wanted: Wanted, cameras: dict[int, ClipCamera], placed: Sequence[Placed]) -> Analysis:
+    """Return who was where, from everybody's places in every frame."""
+    step = float(np.median(np.diff(measured.times_s))) if len(measured.times_s) > 1 else 0.2
+    times = np.array(measured.times_s)
+    weight = np.zeros(len(times))
+    people: list[Person] = []
+    scales: dict[int, float] = {}
+    for number, shot in enumerate(measured.shots):
+        rows = slice(shot.first, shot.last + 1)
+        weight[rows] = weights_s(times[rows], step)
+        if shot.moving:
+            continue
+        seen = [s.sightings for s in placed[rows]]
+        tracks, scales[number] = _tracked(seen, times[rows], measured.width_px)
+        people += [_person(t, seen, shot, number, 1 + len(people) + k) for k, t in enumerate(tracks)]
+    tracks = [p.track for p in people]
+    probability = {
+        pair: p
+        for number in range(len(measured.shots))
+        for pair, p in group_probabilities([x.track for x in people if x.shot == number]).items()
+    }
+    member = {t: k for k, group in enumerate(groups_of([t.number for t in tracks], probability), 1) for t in group}
+    people = [replace(p, group=member[p.track.number]) for p in people]
+    found = Analysis(
+        measured, wanted, cameras, [], people, probability, weight, wanted.region, scales, _facing(people, placed)
+    )
+    found.frames = _frames(measured, placed, people)
+    if found.region is None:
+        found.region = _floor_walked(found)
+    return found
+
+
+@dataclass(frozen=True, eq=False)
+class Placed:
+    """One frame's people on the floor; facing: (row, row) -> probability of an F-formation, where not small."""
+
+    sightings: Sightings
+    status: str
+    reason: str | None
+    n_detected: int
+    facing: dict[tuple[int, int], float]
+
+
+def _cameras(folder: Folder, measured: Measured, wanted: Wanted) -> dict[int, ClipCamera]:
+    """Return the clip's cameras by their numbers: the first as stated, others told by their own people."""
+    found: dict[int, ClipCamera] = {}
+    for camera in sorted({s.camera for s in measured.shots}):
+        shots = [s for s in measured.shots if s.camera == camera]
+        stated = wanted.mount if camera == 0 else None
+        if all(s.moving for s in shots):
+            found[camera] = ClipCamera(
+                None, None, "the camera moves: every frame is measured by itself, nobody followed"
+            )
+        elif stated is not None and is_complete(stated) and stated.camera is not None:
+            found[camera] = ClipCamera(stated, stated.camera, f"the camera's place is {stated.source}")
+        else:
+            blocks = _blocks(folder, shots, measured.times_s)
+            found[camera] = told_by_people(blocks, stated, wanted.settings.locate)
+    return found
+
+
+def _blocks(
+    folder: Folder, shots: Sequence[Shot], times_s: Sequence[float]
+) -> Iterator[tuple[list[Scene], list[float]]]:
+    """Yield the scenes of the frames that a camera is told by, block by block, with their times."""
+    for block in (b for s in shots if not s.moving for b in chosen_frames(s.first, s.last)):
+        texts: list[str] = []
+        for part in range(block.start // PART, (block.stop - 1) // PART + 1):
+            of_part = scenes_of(folder, part)
+            first = part * PART
+            texts += [of_part[k - first] for k in range(max(block.start, first), min(block.stop, first + len(of_part)))]
+        yield [Scene.from_json(t) for t in texts], [times_s[k] for k in block]
+
+
+def _placed(
+    folder: Folder, measured: Measured, cameras: dict[int, ClipCamera], wanted: Wanted, jobs: int,
+    tell: Callable[[Progress | Note], None],
+) -> list[Placed]:  # fmt: skip
+    """Return every frame's people on the floor, placed anew with their camera held."""
+    mounts = {k: c.mount for k, c in cameras.items()}
+    of_frame = [s.camera for s in measured.shots for _ in range(s.first, s.last + 1)]
+    numbers = sorted(parts.finished(folder))
+    settings = replace(wanted.settings, mount=None)
+    tell(Note("placing everybody on one floor"))
+    tasks = (
+        numbers,
+        repeat(folder.location),
+        repeat(measured.times_s),
+        repeat(of_frame),
+        repeat(mounts),
+        repeat(settings),
+    )
+    if jobs == 0 or len(numbers) < 3:
+        blocks = map(_place_part, *tasks)
+        return [p for block in blocks for p in block]
+    with ProcessPoolExecutor(jobs, mp_context=get_context("spawn"), initializer=end_with_parent) as pool:
+        return [p for block in pool.map(_place_part, *tasks) for p in block]
+
+
+def _place_part(
+    part: int, location: str, times_s: Sequence[float], of_frame: Sequence[int], mounts: dict[int, Mount | None],
+    settings: Settings,
+) -> list[Placed]:  # fmt: skip
+    """Place the people of one part's frames."""
+    answer: list[Placed] = []
+    for number, text in enumerate(scenes_of(Folder(location), part), start=part * PART):
+        scene = Scene.from_json(text)
+        mount = mounts[of_frame[number]]
+        facing = _facing_each_other(scene)
+        bodies = scene.bodies
+        frame: FloorFrame | None = None
+        if mount is not None and scene.status == "ok" and len(scene):
+            frame = mount.floor_frame
+            bodies = _held_fit(scene, mount, settings)
+        answer.append(
+            Placed(
+                sightings_of(times_s[number], scene.people, bodies, frame),
+                scene.status,
+                scene.reason,
+                len(scene),
+                facing,
+            )
+        )
+    return answer
+
+
+def _held_fit(scene: Scene, mount: Mount, settings: Settings) -> Bodies:
+    if scene.bodies.method == "box":
+        return standing(scene.people, mount)
+    still = held(mount)
+    estimate = replace(scene.camera, camera=mount.camera or scene.camera.camera, mount=still)
+    return remeasure(scene, settings, camera=estimate).bodies
+
+
+def _facing_each_other(scene: Scene) -> dict[tuple[int, int], float]:
+    """Return who forms an F-formation with whom, by rows of the scene, where that is likelier than 2 %."""
+    if len(scene) < 2 or scene.status != "ok":
+        return {}
+    p = scene.distances.group_probability
+    return {(int(a), int(b)): float(p[a, b]) for a, b in np.argwhere(np.nan_to_num(p) > 0.02) if a < b}
+
+
+def _tracked(seen: Sequence[Sightings], times: FloatArray, width_px: float) -> tuple[list[Track], float]:
+    """Return the smoothed tracks of a shot, and by what the stated covariances fell short."""
+    if len(times) > 1 and float(np.median(np.diff(times))) > _LONGEST_STEP_S:
+        chains = [Chain(np.array([k]), np.array([p])) for k, s in enumerate(seen) for p in range(len(s))]
+        return [smooth(c, seen, times) for c in chains], 1.0
+    ordered = [s.taken(np.lexsort(s.positions_m.T[::-1])) for s in seen]
+    back = [np.lexsort(s.positions_m.T[::-1]) for s in seen]
+    chains = track(ordered, width_px=width_px)
+    scale = noise_scale_of(np.concatenate([np.zeros(0), *(surprises(c, ordered, times) for c in chains)]))
+    if scale > 1:
+        chains = track(ordered, scale, width_px=width_px)
+    chains = joined(chains, ordered, times, scale, width_px)
+    chains = [_in_rows(c, back) for c in chains]
+    return [smooth(c, seen, times, noise_scale=scale) for c in chains], scale
+
+
+def _in_rows(chain: Chain, order: Sequence[NDArray[np.intp]]) -> Chain:
+    """Return a chain of sightings that were put in order as one of the sightings as they were."""
+    people = [int(order[int(f)][int(k)]) for f, k in zip(chain.frames, chain.people, strict=True)]
+    return Chain(chain.frames, np.array(people, dtype=np.intp))
+
+
+def _person(track: Track, seen: Sequence[Sightings], shot: Shot, number: int, name: int) -> Person:
+    """Return a shot's track as one of the clip's, its frames numbered through the clip."""
+    rows = [(f, p) for f, p in zip(track.frames, track.people, strict=True) if p >= 0]
+    stature = np.array([seen[f].stature_m[p] for f, p in rows])
+    spread = np.array([seen[f].stature_sd_m[p] for f, p in rows])
+    mean, sd = _one_stature(stature, spread)
+    heading = np.array(
+        [seen[f].heading_rad[p] if p >= 0 else np.nan for f, p in zip(track.frames, track.people, strict=True)]
+    )
+    moved = replace(track, number=name, frames=track.frames + shot.first)
+    of_scene = [int(seen[f].rows[p]) if p >= 0 else -1 for f, p in zip(track.frames, track.people, strict=True)]
+    return Person(moved, number, mean, sd, 0, heading, np.array(of_scene, dtype=np.intp))
+
+
+#: However often a person is seen, posture and detector are wrong in like ways: sightings count as so many at most.
+_INDEPENDENT_SIGHTINGS = 4.0
+
+
+def _one_stature(stature: FloatArray, spread: FloatArray) -> tuple[float, float]:
+    known = np.isfinite(stature) & (spread > 0)
+    if not known.any():
+        return np.nan, np.nan
+    weight = spread[known] ** -2.0
+    mean = float(weight @ stature[known] / weight.sum())
+    typical = float(np.sqrt(known.sum() / weight.sum()))
+    return mean, typical / float(np.sqrt(min(known.sum(), _INDEPENDENT_SIGHTINGS)))
+
+
+def _facing(people: Sequence[Person], placed: Sequence[Placed]) -> dict[tuple[int, int, int], float]:
+    """Return the probability of facing each other by (frame, track, track), a first, where it is not small."""
+    who: list[dict[int, int]] = [{} for _ in placed]
+    for person in people:
+        for frame, k in zip(person.track.frames, person.track.people, strict=True):
+            if k >= 0:
+                who[frame][int(placed[frame].sightings.rows[k])] = person.track.number
+    found: dict[tuple[int, int, int], float] = {}
+    for frame, state in enumerate(placed):
+        for (a, b), p in state.facing.items():
+            if a in who[frame] and b in who[frame]:
+                first, second = sorted((who[frame][a], who[frame][b]))
+                found[frame, first, second] = p
+    return found
+
+
+def _frames(measured: Measured, placed: Sequence[Placed], people: Sequence[Person]) -> list[FrameState]:
+    count = np.zeros(len(placed), dtype=int)
+    for person in people:
+        np.add.at(count, person.track.frames, 1)
+    states: list[FrameState] = []
+    for number, shot in enumerate(measured.shots):
+        for k in range(shot.first, shot.last + 1):
+            there = len(placed[k].sightings) if shot.moving else int(count[k])
+            states.append(FrameState(
+                measured.times_s[k], number, shot.camera, placed[k].status, placed[k].reason, there,
+                placed[k].n_detected,
+            ))  # fmt: skip
+    return states
+
+
+def _floor_walked(found: Analysis) -> Region | None:
+    """Return the hull of where people were on the main camera's floor."""
+    main = found.main_camera
+    places = [p.track.positions_m for p in found.people if found.measured.shots[p.shot].camera == main]
+    return Region.around(np.concatenate(places)) if places else None
+
+
+def places_by_frame(found: Analysis) -> list[FloatArray]:
+    """Return where everybody was in each frame of the main camera, (n, 2) each; empty in other frames."""
+    main = found.main_camera
+    answer: list[list[FloatArray]] = [[] for _ in found.measured.times_s]
+    for person in found.people:
+        if found.measured.shots[person.shot].camera == main:
+            for frame, place in zip(person.track.frames, person.track.positions_m, strict=True):
+                answer[frame].append(place)
+    return [np.array(a).reshape(-1, 2) for a in answer]

@@ -1,0 +1,105 @@
+"""Where a clip's camera is: stated, or told by the clip's own people, who are pooled over its frames."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..arrays import FloatArray
+from ..calibration.identity import linked
+from ..calibration.people import Gathered, from_people
+from ..camera import Camera, CameraEstimate, Mount
+from ..errors import CameraError
+from ..locate import LocateSettings
+from ..scene import Scene
+from .floor import is_complete
+
+#: So many frames are looked at for the camera's place, in blocks spread over the clip, each of so many in a row: within
+#: a block it is known who is who, so that nobody's stature counts as many people's.
+BLOCKS, BLOCK_FRAMES = 10, 150
+#: Fewer people than this say nothing that could be relied on.
+_FEWEST_PEOPLE = 2
+
+
+@dataclass(frozen=True)
+class ClipCamera:
+    """What is known of one camera of a clip. mount: complete, or None where every frame is on its own; note: why."""
+
+    mount: Mount | None
+    camera: Camera | None
+    note: str = ""
+
+
+def chosen_frames(first: int, last: int) -> list[range]:
+    """Return the blocks of a shot's frames (both ends included) that the camera is told by."""
+    count = last - first + 1
+    if count <= BLOCKS * BLOCK_FRAMES:
+        return [range(first, last + 1)]
+    starts = np.linspace(first, last + 1 - BLOCK_FRAMES, BLOCKS).astype(int)
+    return [range(int(s), int(s) + BLOCK_FRAMES) for s in starts]
+
+
+def told_by_people(
+    blocks: Iterable[tuple[list[Scene], list[float]]], stated: Mount | None, settings: LocateSettings
+) -> ClipCamera:
+    """Return the camera that people tell, given blocks of frames in a row with their times.
+
+    stated: what is known of the camera besides; it is weighed against the people.
+    """
+    gathered, estimate, met = Gathered(), CameraEstimate(None), 0
+    for scenes, times in blocks:
+        usable = [(s, t) for s, t in zip(scenes, times, strict=True) if s.status == "ok"]
+        who = linked([s.people for s, _ in usable], [t for _, t in usable])
+        for (scene, _), persons in zip(usable, who, strict=True):
+            if estimate.camera is None:
+                estimate = scene.camera
+            gathered.add(scene.people, (met + int(p) for p in persons))
+        met += 1 + max((int(p.max()) for p in who if len(p)), default=0)
+    camera = estimate.camera if stated is None else stated.camera or estimate.camera
+    if camera is None:
+        return ClipCamera(None, None, "nothing tells the focal length: state it, or a mount that has it")
+    try:
+        found = from_people(gathered, camera, focal_known=not estimate.is_assumed, settings=settings)
+    except CameraError as error:
+        return ClipCamera(None, camera, f"{error}; every frame is measured by itself")
+    if found.n_people < _FEWEST_PEOPLE:
+        return ClipCamera(None, camera, "a single person tells no camera: every frame is measured by itself")
+    mount = weighed(found.mount, stated)
+    doubts = "".join(f"; {doubt}" for doubt in found.doubts)
+    return ClipCamera(mount, mount.camera, f"the camera's place is told by {found.n_people} people{doubts}")
+
+
+def weighed(told: Mount, stated: Mount | None) -> Mount:
+    """Return what people told and what was stated of pitch, roll and height, each by its certainty."""
+    known = [] if stated is None or is_complete(stated) else [k for k in stated.known if k < 3]
+    if stated is None or not known:
+        return told
+    covariance = np.array(told.covariance)
+    rows = [k for k in range(4) if math.isfinite(covariance[k, k])]
+    own = covariance[np.ix_(rows, rows)]
+    mean, said = _values(told), _values(stated)
+    picked = np.array([[float(k == r) for r in rows] for k in known])
+    noise = np.array(stated.covariance)[np.ix_(known, known)]
+    gain = own @ picked.T @ np.linalg.inv(picked @ own @ picked.T + noise)
+    step = gain @ (said[known] - mean[known])
+    covariance[np.ix_(rows, rows)] = own - gain @ picked @ own
+    moved = mean.copy()
+    for k, row in enumerate(rows):
+        moved[row] += step[k]
+    camera = told.camera
+    if camera is not None and 3 in rows:
+        camera = camera.with_focal(
+            camera.f_px * math.exp(moved[3]), focal_rel_sd=math.sqrt(covariance[3, 3]), source=camera.source
+        )
+    plain = tuple(tuple(float(v) for v in row) for row in covariance)
+    return replace(
+        told, pitch_rad=float(moved[0]), roll_rad=float(moved[1]), height_m=math.exp(moved[2]), covariance=plain,
+        camera=camera, floor_frame=stated.floor_frame, source=f"{told.source}, and {stated.source}",
+    )  # fmt: skip
+
+
+def _values(mount: Mount) -> FloatArray:
+    return np.array([mount.pitch_rad, mount.roll_rad, math.log(mount.height_m), 0.0])

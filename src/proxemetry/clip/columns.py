@@ -1,0 +1,145 @@
+"""The columns of a clip's tables, with units and meanings: what the files and the codebook are made of."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from ..tables import Column
+
+#: The tables of a clip's folder; the last four name tracks, and stay away with --aggregate-only.
+TABLES = ("frames", "tracks", "people", "pairs_over_time", "exposure", "events")
+OF_TRACKS = TABLES[1:]
+
+_N, _I, _T, _B = "DOUBLE", "INTEGER", "VARCHAR", "BOOLEAN"
+
+
+def limit_name(limit_m: float | str) -> str:
+    """Return how columns call a limit: 2, 1.5."""
+    return limit_m if isinstance(limit_m, str) else f"{limit_m:g}"
+
+
+def columns(table: str, limits: Sequence[float | str]) -> tuple[Column, ...]:
+    """Return a table's columns for these limits in metres, or for "X" in the codebook."""
+    names = [limit_name(v) for v in limits]
+    return {
+        "frames": _frames, "tracks": _tracks, "people": _people, "pairs_over_time": _pairs_over_time,
+        "exposure": _exposure, "events": _events,
+    }[table](names)  # fmt: skip
+
+
+def _frames(limits: Sequence[str]) -> tuple[Column, ...]:
+    return (
+        Column("frame", _I, "", "number of the frame among those looked at, from 0"),
+        Column("t_s", _N, "s", "when, from the clip's beginning"),
+        Column("status", _T, "", "ok, no_camera or failed"),
+        Column("reason", _T, "", "why nothing was measured"),
+        Column("shot", _I, "", "stretch without a cut, from 0"),
+        Column("camera", _I, "", "camera position; the same number is the same place"),
+        Column("camera_ok", _B, "", "false: the camera moved, or nothing tells where it is; every frame is on its own"),
+        Column("n_people", _I, "", "tracks that were there, seen or bridged (of a moving camera: people found)"),
+        Column("n_detected", _I, "", "people found in the picture, false ones included"),
+        Column("n_region", _I, "", "of n_people, those in the region of densities"),
+        Column("density", _N, "1/m2", "classic density: people in the region by its area"),
+        Column("density_voronoi", _N, "1/m2", "mean over the people in the region of one by the floor nearest to each"),
+        *(Column(f"n_within_{x}", _N, "", f"expected number of pairs within {x} m") for x in limits),
+        *(Column(f"n_within_{x}_apart", _N, "", f"the same without pairs of one group, {x} m") for x in limits),
+    )
+
+
+def _tracks(limits: Sequence[str]) -> tuple[Column, ...]:
+    return (
+        Column("track", _I, "", "number of the track, from 1, made anew in every clip"),
+        Column("frame", _I, "", "number of the frame"),
+        Column("t_s", _N, "s", "when"),
+        Column(
+            "x_m", _N, "m", "place on the floor; of the user's coordinates where the mount has them, else to the right"
+        ),
+        Column("y_m", _N, "m", "place on the floor; else ahead of the camera"),
+        Column("x_sd_m", _N, "m", "standard deviation of x_m, the camera's error included"),
+        Column("y_sd_m", _N, "m", "standard deviation of y_m, the camera's error included"),
+        Column("vx_m_s", _N, "m/s", "velocity along x"),
+        Column("vy_m_s", _N, "m/s", "velocity along y"),
+        Column("heading_deg", _N, "degrees", "where the body faces, from x towards y; empty where unknown"),
+        Column("seen", _T, "", "seen, or bridged: a gap filled from both sides"),
+    )
+
+
+def _people(limits: Sequence[str]) -> tuple[Column, ...]:
+    return (
+        Column("track", _I, "", "number of the track; a person who comes back later is another track"),
+        Column("shot", _I, "", "stretch without a cut"),
+        Column("from_s", _N, "s", "first sighting"),
+        Column("to_s", _N, "s", "last sighting"),
+        Column("n_seen", _I, "", "frames in which the person was seen"),
+        Column("n_bridged", _I, "", "frames that were bridged"),
+        Column("stature_m", _N, "m", "one stature for the whole track; a by-product of the fit, wide"),
+        Column("stature_sd_m", _N, "m", "its standard deviation"),
+        Column("group", _I, "", "number of the group; alone: a group of one"),
+        Column("group_size", _I, "", "how many tracks are in it"),
+        Column("length_m", _N, "m", "how far the person went"),
+        Column("speed_m_s", _N, "m/s", "median speed"),
+        *(
+            Column(f"person_seconds_within_{x}", _N, "s", f"summed over all others, seconds within {x} m")
+            for x in limits
+        ),
+        *(Column(f"person_seconds_within_{x}_apart", _N, "s", f"the same without companions, {x} m") for x in limits),
+    )
+
+
+def _pairs_over_time(limits: Sequence[str]) -> tuple[Column, ...]:
+    return (
+        Column("track_a", _I, "", "one of the two"),
+        Column("track_b", _I, "", "the other"),
+        Column("frame", _I, "", "number of the frame"),
+        Column("t_s", _N, "s", "when"),
+        Column("distance_m", _N, "m", "distance between body centres on the floor, from the smoothed paths"),
+        Column("low_m", _N, "m", "lower end of the 90 % interval"),
+        Column("high_m", _N, "m", "upper end of the 90 % interval"),
+        *(Column(f"p_within_{x}", _N, "", f"probability of being within {x} m") for x in limits),
+        Column("p_facing", _N, "", "probability that the two face each other (F-formation) in this frame"),
+        Column("seen", _B, "", "false: at least one of the two is bridged here"),
+    )
+
+
+def _exposure(limits: Sequence[str]) -> tuple[Column, ...]:
+    per_limit: list[Column] = []
+    for x in limits:
+        per_limit += [
+            Column(f"seconds_within_{x}", _N, "s", f"expected seconds within {x} m of each other"),
+            Column(f"low_s_{x}", _N, "s", f"lower end of its 90 % interval, {x} m"),
+            Column(f"high_s_{x}", _N, "s", f"upper end of its 90 % interval, {x} m"),
+        ]
+    return (
+        Column("track_a", _I, "", "one of the two"),
+        Column("track_b", _I, "", "the other"),
+        Column("seconds_together", _N, "s", "how long both were there"),
+        *per_limit,
+        Column("closest_m", _N, "m", "smallest distance"),
+        Column("closest_low_m", _N, "m", "lower end of its 90 % interval"),
+        Column("closest_high_m", _N, "m", "upper end of its 90 % interval"),
+        Column("closest_s", _N, "s", "when"),
+        Column("facing_s", _N, "s", "expected seconds of facing each other (F-formation), where both were seen"),
+        Column("p_same_group", _N, "", "probability that the two belong together"),
+        Column("same_group", _B, "", "whether they are in one group of the table people"),
+    )
+
+
+def _events(limits: Sequence[str]) -> tuple[Column, ...]:
+    return (
+        Column("track_a", _I, "", "one of the two"),
+        Column("track_b", _I, "", "the other"),
+        Column("within_m", _N, "m", "the limit"),
+        Column("begin_s", _N, "s", "from when the two were nearer"),
+        Column("end_s", _N, "s", "until they were further apart than 1.15 times the limit"),
+        Column("seconds", _N, "s", "how long it lasted"),
+        Column("closest_m", _N, "m", "smallest distance in it"),
+        Column("closest_s", _N, "s", "when that was"),
+        Column("p_within", _N, "", "mean probability of being within the limit"),
+        Column("p_same_group", _N, "", "probability that the two belong together"),
+        Column("same_group", _B, "", "whether they are in one group"),
+    )
+
+
+def codebook(limits: Sequence[float | str] = ("X",)) -> dict[str, tuple[Column, ...]]:
+    """Return every table of a clip with its columns."""
+    return {table: columns(table, limits) for table in TABLES}

@@ -1,0 +1,73 @@
+"""Two tracks that are one person: somebody who was hidden for longer than a forecast reaches.
+
+From both sides of a gap more can be told than from before it: where the person was going, and from where they came.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ..arrays import FloatArray
+from ..assignment import assign
+from .motion import SPEED_SD_M_S, VELOCITY, transition
+from .sightings import Chain, Sightings
+from .smoothing import smooth
+from .tracking import UNKNOWN_PEOPLE_M2, at_picture_edge
+
+#: Longer gaps are not bridged: too many others may have come in between.
+LONGEST_GAP_S = 5.0
+#: 99 % of a chi-squared with four degrees of freedom.
+_GATE = 13.28
+_NEVER = 1e6
+
+
+def joined(
+    chains: Sequence[Chain], shot: Sequence[Sightings], times_s: FloatArray, noise_scale: float = 1.0,
+    width_px: float = np.inf,
+) -> list[Chain]:  # fmt: skip
+    """Return the chains, those joined that are likelier one person than two, in the order of first sight."""
+    chains = list(chains)
+    if len(chains) < 2:
+        return chains
+    paths = [smooth(c, shot, times_s, noise_scale=noise_scale) for c in chains]
+    leaves = [at_picture_edge(shot[c.frames[-1]].boxes_px[c.people[-1]], width_px) for c in chains]
+    enters = [at_picture_edge(shot[c.frames[0]].boxes_px[c.people[0]], width_px) for c in chains]
+    cost = np.full((len(chains), len(chains)), _NEVER)
+    for i, before in enumerate(paths):
+        for j, after in enumerate(paths):
+            gap = float(after.t_s[0] - before.t_s[-1])
+            if 0 < gap <= LONGEST_GAP_S and not leaves[i] and not enters[j]:
+                cost[i, j] = _evidence(
+                    before.states[-1], before.covariance[-1], after.states[0], after.covariance[0], gap
+                )
+    after_of = {i: j for i, j in assign(cost) if cost[i, j] < 0}
+    begun = set(range(len(chains))) - set(after_of.values())
+    answer: list[Chain] = []
+    for first in begun:
+        links = [first]
+        while links[-1] in after_of:
+            links.append(after_of[links[-1]])
+        answer.append(Chain.joined(chains[k] for k in links))
+    return sorted(answer, key=lambda c: (int(c.frames[0]), int(c.people[0])))
+
+
+def _evidence(
+    before: FloatArray, spread_before: FloatArray, after: FloatArray, spread_after: FloatArray, gap_s: float
+) -> float:
+    """Return minus twice the log odds that two ends of tracks are one person's; `_NEVER` beyond the gate.
+
+    The other explanation is that somebody new appeared there, at whatever speed people walk.
+    """
+    forward, kick = transition(gap_s)
+    spread = forward @ spread_before @ forward.T + kick + spread_after
+    apart = after - forward @ before
+    distance2 = float(apart @ np.linalg.solve(spread, apart))
+    if distance2 > _GATE:
+        return _NEVER
+    one = distance2 + float(np.linalg.slogdet(spread)[1]) + 4 * np.log(2 * np.pi)
+    moving = spread_after[VELOCITY, VELOCITY] + SPEED_SD_M_S**2 * np.eye(2)
+    speed = after[VELOCITY]
+    two = float(speed @ np.linalg.solve(moving, speed)) + float(np.linalg.slogdet(moving)[1]) + 2 * np.log(2 * np.pi)
+    return one - two + 2 * np.log(UNKNOWN_PEOPLE_M2)

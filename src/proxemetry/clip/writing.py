@@ -1,0 +1,365 @@
+"""The files of a clip's folder: tables as CSV and Parquet, codebook, maps, summary, exports for other programs.
+
+Rows are written as they come, so that hours of many people need no more memory than minutes.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import math
+from collections import defaultdict
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import ExitStack
+from dataclasses import asdict, dataclass, field
+from typing import Any, TextIO
+
+import numpy as np
+
+from ..archive.store.folder import Folder
+from ..archive.store.parts import attached, quoted
+from ..arrays import FloatArray
+from ..tables import Column
+from .analysis import Analysis, Person, places_by_frame
+from .columns import OF_TRACKS, TABLES, codebook, columns, limit_name
+from .critical import critical_density, rate
+from .density import Maps, Region, classic_density, personal_space_m2
+from .events import Event, events_of
+from .exposure import PairOverTime, TotalExposure, Totals, same_group
+
+SUMMARY, MAPS, CODEBOOK = "summary.json", "maps.npz", "codebook.csv"
+#: A cell of an aggregate that fewer people make is left empty with --aggregate-only.
+FEWEST_PEOPLE = 5
+_KINDS = {"VARCHAR": "text", "INTEGER": "integer", "DOUBLE": "number", "BOOLEAN": "true or false"}
+
+
+@dataclass
+class Sums:
+    """What adds up while pairs pass by, for the tables and the page that come after them."""
+
+    within: FloatArray
+    within_apart: FloatArray
+    totals: Totals | None = None
+    of_person: dict[int, FloatArray] = field(default_factory=dict[int, FloatArray])
+    of_person_apart: dict[int, FloatArray] = field(default_factory=dict[int, FloatArray])
+    events: list[tuple[Event, float]] = field(default_factory=list[tuple[Event, float]])
+    shown: list[PairOverTime] = field(default_factory=list[PairOverTime])
+    maps: Maps | None = None
+    n_pairs: int = 0
+
+
+def _cell(value: Any) -> Any:
+    if value is None:
+        return ""
+    if isinstance(value, bool | np.bool_):
+        return "true" if value else "false"
+    if isinstance(value, float | np.floating):
+        return f"{value:.7g}" if math.isfinite(value) else ""
+    return value
+
+
+class _Table:
+    """One table being written: CSV row by row, Parquet from it at the end."""
+
+    def __init__(self, folder: Folder, name: str, columns: tuple[Column, ...], stack: ExitStack) -> None:
+        self._folder, self._name, self._columns = folder, name, columns
+        self._path = stack.enter_context(folder.writing(f"{name}.csv"))
+        self._file: TextIO = stack.enter_context(open(self._path, "w", newline="", encoding="utf-8"))  # noqa: SIM115
+        self._writer = csv.writer(self._file, lineterminator="\n")
+        self._writer.writerow(c.name for c in columns)
+
+    def row(self, *values: Any) -> None:
+        """Write one row."""
+        self._writer.writerow([_cell(v) for v in values])
+
+    def finish(self) -> None:
+        """Write the Parquet file."""
+        self._file.flush()
+        kinds = ", ".join(f"{quoted(c.name)}: {quoted(c.kind)}" for c in self._columns)
+        with self._folder.writing(f"{self._name}.parquet") as temporary:
+            attached(self._folder).execute(
+                f"COPY (SELECT * FROM read_csv({quoted(self._path)}, header = true, columns = {{{kinds}}})) "
+                f"TO {quoted(temporary)} (FORMAT parquet, COMPRESSION zstd)"
+            )
+
+
+def write_results(found: Analysis, folder: Folder, *, aggregate_only: bool = False, shown: int = 6) -> Sums:
+    """Write every table and the maps; return the sums for summary and page, with `shown` pairs for curves."""
+    limits = found.wanted.within_m
+    sums = Sums(np.zeros((len(found.frames), len(limits))), np.zeros((len(found.frames), len(limits))))
+    seconds = (found.measured.times_s[-1] if found.measured.times_s else 0.0) + 1e-9
+    sums.maps = None if found.region is None else Maps.over(found.region, seconds, limits)
+    for name in TABLES:
+        for form in ("csv", "parquet"):
+            folder.remove(f"{name}.{form}")
+    wanted = ("frames",) if aggregate_only else TABLES
+    with ExitStack() as stack:
+        tables = {name: _Table(folder, name, columns(name, limits), stack) for name in wanted}
+        _pairs(found, tables, sums, shown)
+        _people(found, tables, sums)
+        _frames(found, tables["frames"], sums)
+        for table in tables.values():
+            table.finish()
+    folder.write(CODEBOOK, codebook_csv(limits).encode())
+    if sums.maps is not None:
+        _write_maps(found, folder, sums.maps, aggregate_only)
+    return sums
+
+
+def codebook_csv(limits: Iterable[float]) -> str:
+    """Return the codebook of a clip's tables as CSV."""
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow(("table", "column", "type", "unit", "meaning"))
+    for table, of_table in codebook(tuple(limits)).items():
+        writer.writerows((table, c.name, _KINDS[c.kind], c.unit, c.meaning) for c in of_table)
+    return out.getvalue()
+
+
+def _pairs(found: Analysis, tables: Mapping[str, _Table], sums: Sums, shown: int) -> None:
+    limits = found.wanted.within_m
+    total = TotalExposure(len(limits))
+    member = {p.track.number: p.group for p in found.people}
+    tracks = {p.track.number: p for p in found.people}
+    main = found.main_camera
+    for pair in found.pairs():
+        p_same = same_group(found.probability, pair.a, pair.b)
+        together = member[pair.a] == member[pair.b]
+        total.add(pair, p_same)
+        sums.n_pairs += 1
+        sums.within[pair.frames] += pair.near.p_within
+        sums.within_apart[pair.frames] += (1 - p_same) * pair.near.p_within
+        for one in (pair.a, pair.b):
+            sums.of_person[one] = sums.of_person.get(one, 0.0) + pair.seconds
+            sums.of_person_apart[one] = sums.of_person_apart.get(one, 0.0) + (1 - p_same) * pair.seconds
+            if sums.maps is not None and found.frames[pair.frames[0]].camera == main:
+                track = tracks[one].track
+                places = track.positions_m[pair.frames - track.frames[0]]
+                sums.maps.add_exposure(places, pair.near.p_within * pair.weight_s[:, None])
+        facing = [found.facing.get((int(f), pair.a, pair.b), 0.0) for f in pair.frames]
+        if "pairs_over_time" in tables:
+            _pair_rows(pair, facing, tables["pairs_over_time"])
+            _exposure_row(pair, facing, p_same, together, tables["exposure"])
+        for event in events_of(pair, limits, found.wanted.shortest_event_s):
+            sums.events.append((event, p_same))
+            if "events" in tables:
+                tables["events"].row(
+                    event.a, event.b, event.within_m, event.begin_s, event.end_s, event.seconds, event.closest_m,
+                    event.closest_s, event.p_within, p_same, together,
+                )  # fmt: skip
+        sums.shown = sorted([*sums.shown, pair], key=lambda p: -p.seconds.sum())[:shown]
+    sums.totals = total.totals()
+
+
+def _pair_rows(pair: PairOverTime, facing: list[float], table: _Table) -> None:
+    near = pair.near
+    for k, frame in enumerate(pair.frames):
+        table.row(
+            pair.a, pair.b, int(frame), float(pair.t_s[k]), near.distance_m[k], near.low_m[k], near.high_m[k],
+            *near.p_within[k], facing[k] if pair.seen[k] else None, pair.seen[k],
+        )  # fmt: skip
+
+
+def _exposure_row(pair: PairOverTime, facing: list[float], p_same: float, together: bool, table: _Table) -> None:
+    low, high = pair.interval_s()
+    per_limit = [v for k in range(len(low)) for v in (pair.seconds[k], low[k], high[k])]
+    table.row(
+        pair.a, pair.b, pair.seconds_together, *per_limit, pair.closest_m, pair.closest_low_m, pair.closest_high_m,
+        float(pair.t_s[int(pair.near.distance_m.argmin())]), float(pair.weight_s @ np.array(facing)), p_same, together,
+    )  # fmt: skip
+
+
+def _people(found: Analysis, tables: Mapping[str, _Table], sums: Sums) -> None:
+    size: dict[int, int] = defaultdict(int)
+    for person in found.people:
+        size[person.group] += 1
+    nothing = np.zeros(len(found.wanted.within_m))
+    main = found.main_camera
+    for person in found.people:
+        track = person.track
+        if sums.maps is not None and found.measured.shots[person.shot].camera == main:
+            sums.maps.add_presence(track.positions_m, track.t_s, found.weight_s[track.frames])
+        if "people" not in tables:
+            continue
+        step = np.linalg.norm(np.diff(track.positions_m, axis=0), axis=1)
+        speed = np.linalg.norm(track.states[:, 2:], axis=1)
+        tables["people"].row(
+            track.number, person.shot, track.t_s[0], track.t_s[-1], int(track.seen.sum()), int((~track.seen).sum()),
+            person.stature_m, person.stature_sd_m, person.group, size[person.group], step.sum(), np.median(speed),
+            *sums.of_person.get(track.number, nothing), *sums.of_person_apart.get(track.number, nothing),
+        )  # fmt: skip
+        _track_rows(found, person, tables["tracks"])
+
+
+def _track_rows(found: Analysis, person: Person, table: _Table) -> None:
+    track = person.track
+    shift = found.sensitivity(found.measured.shots[person.shot].camera)(track.positions_m)
+    variance = track.place_covariance_m2 + shift @ shift.transpose(0, 2, 1)
+    sd = np.sqrt(np.stack([variance[:, 0, 0], variance[:, 1, 1]], axis=1))
+    heading = np.degrees(person.heading_rad)
+    for k, frame in enumerate(track.frames):
+        x, y, vx, vy = track.states[k]
+        table.row(
+            track.number, int(frame), track.t_s[k], x, y, sd[k, 0], sd[k, 1], vx, vy, heading[k],
+            "seen" if track.seen[k] else "bridged",
+        )  # fmt: skip
+
+
+def _frames(found: Analysis, table: _Table, sums: Sums) -> None:
+    places = places_by_frame(found)
+    main = found.main_camera
+    for number, (state, where) in enumerate(zip(found.frames, places, strict=True)):
+        counted = density = voronoi = None
+        if found.region is not None and state.camera == main and state.status == "ok":
+            inside = found.region.holds(where)
+            counted, density = int(inside.sum()), classic_density(where, found.region)
+            voronoi = _voronoi(where, found.region)
+        known = found.cameras[state.camera]
+        table.row(
+            number, state.t_s, state.status, state.reason, state.shot, state.camera, known.mount is not None,
+            state.n_people, state.n_detected, counted, density, voronoi, *sums.within[number],
+            *sums.within_apart[number],
+        )  # fmt: skip
+
+
+def _voronoi(places: FloatArray, region: Region) -> float:
+    areas = personal_space_m2(places, region)
+    areas = areas[np.isfinite(areas)]
+    return float((1 / areas).mean()) if len(areas) else 0.0
+
+
+def _write_maps(found: Analysis, folder: Folder, maps: Maps, aggregate_only: bool) -> None:
+    arrays = maps.arrays()
+    if aggregate_only:
+        few = _visitors(found, maps) < FEWEST_PEOPLE
+        for name in ("density_persons_m2", "risk_s_m2"):
+            arrays[name] = np.where(few, np.nan, arrays[name])
+    with folder.writing(MAPS) as temporary, open(temporary, "wb") as file:
+        np.savez_compressed(file, **arrays)
+
+
+def _visitors(found: Analysis, maps: Maps) -> FloatArray:
+    """Return how many different tracks were in each cell of the maps."""
+    count = np.zeros(maps.presence_s.shape[1:])
+    for person in found.people:
+        if found.measured.shots[person.shot].camera == found.main_camera:
+            index = np.unique(np.floor((person.track.positions_m - maps.origin_m) / maps.cell_m).astype(int), axis=0)
+            inside = (index >= 0).all(axis=1) & (index < count.shape[::-1]).all(axis=1)
+            count[index[inside, 1], index[inside, 0]] += 1
+    return count
+
+
+def summary(found: Analysis, sums: Sums, clip: str) -> dict[str, Any]:
+    """Return the clip in numbers, as `summary.json` holds it; missing numbers are None."""
+    times = np.array([f.t_s for f in found.frames])
+    ok = np.array([f.status == "ok" for f in found.frames], dtype=bool)
+    people = np.array([f.n_people for f in found.frames], dtype=float)
+    step = found.weight_s
+    seen = len(found.people)
+    at_once = int(people.max(initial=0))
+    totals = sums.totals
+    per_limit: dict[str, Any] = {}
+    for k, limit in enumerate(found.wanted.within_m):
+        events = [(e, p) for e, p in sums.events if e.within_m == limit]
+        assert totals is not None
+        per_limit[limit_name(limit)] = {
+            "pair_seconds": _with_interval(totals.seconds[k], totals.low_s[k], totals.high_s[k]),
+            "pair_seconds_apart": _with_interval(
+                totals.apart_seconds[k], totals.apart_low_s[k], totals.apart_high_s[k]
+            ),
+            "share_within_groups": _share(totals.seconds[k] - totals.apart_seconds[k], totals.seconds[k]),
+            "events": len(events),
+            "events_apart": sum(p <= 0.5 for _, p in events),
+            "seconds_per_person_minute": asdict(rate(60 * sums.within[:, k] * step, people * step, times)),
+            "seconds_per_person_minute_apart": asdict(rate(60 * sums.within_apart[:, k] * step, people * step, times)),
+        }
+    return _plain({
+        "schema": "proxemetry.clip/1", "clip": clip, "seconds": float(step.sum()), "n_frames": len(found.frames),
+        "n_frames_failed": int((~ok).sum()), "width_px": found.measured.width_px, "height_px": found.measured.height_px,
+        "n_tracks": seen, "people_at_least": at_once, "people_at_most": seen,
+        "n_groups": len({p.group for p in found.people if _size(found, p.group) > 1}),
+        "people_bound": "tracks count a person twice who leaves and comes back, so there were at most so many people, "
+        "and at least as many as were there at one time",
+        "density_persons_m2": _density(found), "region_area_m2": found.region.area_m2 if found.region else None,
+        "within_m": per_limit, "critical_density": _critical(found, sums),
+        "cameras": {str(k): c.note for k, c in found.cameras.items()},
+        "shots": [s.to_dict() for s in found.measured.shots], "notes": list(found.measured.notes),
+        "noise_scale": {str(k): v for k, v in found.noise_scale.items()},
+    })  # fmt: skip
+
+
+def _size(found: Analysis, group: int) -> int:
+    return sum(p.group == group for p in found.people)
+
+
+def _share(part: float, whole: float) -> float | None:
+    return part / whole if whole > 0 else None
+
+
+def _with_interval(value: float, low: float, high: float) -> dict[str, float]:
+    return {"seconds": float(value), "low_s": float(low), "high_s": float(high)}
+
+
+def _main_frames(found: Analysis) -> tuple[FloatArray, FloatArray, list[int]]:
+    """Return time and density of the main camera's frames that were measured, and their numbers."""
+    main, places = found.main_camera, places_by_frame(found)
+    rows = [k for k, f in enumerate(found.frames) if f.camera == main and f.status == "ok"]
+    region = found.region
+    density = [0.0 if region is None else classic_density(places[k], region) for k in rows]
+    return np.array([found.frames[k].t_s for k in rows]), np.array(density), rows
+
+
+def _density(found: Analysis) -> dict[str, Any] | None:
+    if found.region is None:
+        return None
+    times, density, rows = _main_frames(found)
+    return {**asdict(rate(density * found.weight_s[rows], found.weight_s[rows], times)), "max": float(density.max())}
+
+
+def _critical(found: Analysis, sums: Sums) -> dict[str, Any]:
+    if found.region is None:
+        return {"reason": "nobody was followed"}
+    times, density, rows = _main_frames(found)
+    answer: dict[str, Any] = {}
+    for k, limit in enumerate(found.wanted.within_m):
+        for name, within in (("", sums.within), ("_apart", sums.within_apart)):
+            told = critical_density(density, np.round(within[rows, k]), times)
+            answer[f"{limit_name(limit)}{name}"] = asdict(told)
+    return answer
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {str(k): _plain(v) for k, v in value.items()}  # pyright: ignore[reportUnknownVariableType]
+    if isinstance(value, list | tuple):
+        return [_plain(v) for v in value]  # pyright: ignore[reportUnknownVariableType]
+    if isinstance(value, float | np.floating):
+        return float(f"{value:.7g}") if math.isfinite(value) else None
+    return int(value) if isinstance(value, np.integer) else value
+
+
+def write_json(folder: Folder, name: str, fields: Mapping[str, Any]) -> None:
+    """Write a JSON file of the folder."""
+    folder.write(name, (json.dumps(fields, indent=1, allow_nan=False) + "\n").encode())
+
+
+def remove_tracks(folder: Folder) -> None:
+    """Remove every table that names tracks, and what they were made of."""
+    from ..archive.store import parts
+
+    for name in OF_TRACKS:
+        for form in ("csv", "parquet", "sav"):
+            folder.remove(f"{name}.{form}")
+    for name in folder.names(parts.FOLDER, ".parquet"):
+        folder.remove(f"{parts.FOLDER}/{name}")
+
+
+def rows_of(people: Iterable[Person]) -> Iterator[tuple[int, int, float, float]]:
+    """Yield frame, track, x and y of everybody, frame by frame."""
+    rows = [
+        (int(f), p.track.number, float(x), float(y))
+        for p in people
+        for f, (x, y) in zip(p.track.frames, p.track.positions_m, strict=True)
+    ]
+    yield from sorted(rows)
