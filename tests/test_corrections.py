@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from proxemetry.archive.review.corrections import FILE, Action, FileKey, Log, apply, corrected_scenes, in_force
-from proxemetry.archive.store.index import summary_of
+from proxemetry.archive.store.index import card_of
 from proxemetry.camera import Camera, CameraEstimate, Doubt, Flag
 from proxemetry.errors import OutputError, SettingsError
 from proxemetry.measure import place
@@ -133,7 +133,7 @@ def test_a_focal_length_stated_by_hand_settles_the_doubts_about_the_old_one() ->
     assert measured.camera.flags == (crop,)
     guessed = apply(doubtful, [act("set_camera", focal_35mm=35)])
     assert guessed.camera.flags == (Flag(Doubt.ASSUMED, "focal length ASSUMED: 35 mm equivalent 35 mm"), crop)
-    assert guessed.camera.is_assumed and summary_of(guessed).doubtful
+    assert guessed.camera.is_assumed and card_of(guessed).doubtful
     (row,) = rows("photos", guessed)
     assert row["focal_source"] == "review: ASSUMED: 35 mm equivalent 35 mm" and row["focal_assumed"] is True
 
