@@ -75,7 +75,7 @@ def test_what_a_camera_writes(tmp_path: Path) -> None:
     assert metadata == Metadata(
         make="Canon", model="Canon EOS 6D", lens="EF16-35mm f/4L IS USM", focal_mm=16.5, focal_35mm=17.0, f_number=5.6,
         focal_plane_px_per_mm=pytest.approx(5472000 / 1415 / 25.4), stored_width_px=400, stored_height_px=600,
-        digital_zoom=1.5, date="2018-07-24T11:22:45",
+        digital_zoom=1.5, date="2018-07-24T11:22:45", orientation=6,
     )  # fmt: skip
 
 

@@ -59,7 +59,7 @@ class Metadata:
     PixelYDimension, turned upright as the orientation tag says); digital_zoom (above 1); cropped (an editor's crop is
     recorded, and made); crop (what was cut, where that is recorded too); lens_corrected (an editor has corrected the
     lens); raw (a sensor's raw file); edited_by (the editing program that wrote the file, where it says so);
-    projection (None for a picture of one perspective).
+    projection (None for a picture of one perspective); orientation (EXIF's, 1 to 8, applied on reading).
     Of the picture: date (ISO 8601), city, country, source.
     Only on request: creator, caption, people (names of those shown); gps (latitude, longitude in degrees).
     remarks: what was there but could not be used.
@@ -81,6 +81,7 @@ class Metadata:
     raw: bool = False
     edited_by: str | None = None
     projection: Projection | None = None
+    orientation: int = 1
     date: str | None = None
     city: str | None = None
     country: str | None = None
@@ -156,6 +157,7 @@ def read_metadata(
         raw=raw,
         edited_by=_editor(exif, xmp),
         projection=_projection(numbers, xmp),
+        orientation=_orientation(exif),
         date=date_of(*iptc.get(55, ()), *xmp.get("photoshop:DateCreated", ()), exif.get(0x9003)),
         city=text_of(*iptc.get(90, ()), *xmp.get("photoshop:City", ())),
         country=text_of(*iptc.get(101, ()), *xmp.get("photoshop:Country", ())),
@@ -168,6 +170,11 @@ def read_metadata(
         gps=position_of(gps),
         remarks=tuple(remarks),
     )
+
+
+def _orientation(exif: dict[int, Any]) -> int:
+    value = exif.get(0x0112)
+    return value if isinstance(value, int) and 1 <= value <= 8 else 1
 
 
 def _projection(numbers: Numbers, xmp: dict[str, tuple[str, ...]]) -> Projection | None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import os
 import re
+import unicodedata
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from itertools import islice
@@ -21,6 +22,7 @@ from ..people.skeleton import COCO_17, Skeleton
 from ..photo import Photo
 from . import PoseOptions
 from .formats import RecordedPhoto, read
+from .turned import is_unturned, upright
 
 #: How far the aspect ratios of a photo and of the photo in the file may be apart: what rounding a resize makes.
 _ASPECT_TOLERANCE = 0.02
@@ -82,10 +84,16 @@ class Recorded:
                 return People.none(self.skeleton)  # a results file names only photos with somebody
             raise KeypointsError(f"{photo.name}: not among the {len(self._by_name)} photos of {self._path}")
         people = recording.people if len(recording.people) else People.none(self.skeleton)
+        where = f"{photo.name}: its keypoints in {self._path}"
         if recording.width is None or recording.height is None:
+            people = upright(people, photo, None, where)
             self._refuse_larger(people, photo)
             return people
-        if recording.width > 1 and not _same_shape(recording, photo):
+        if recording.width == 1:
+            return upright(people.scaled(photo.width, photo.height), photo, None, where)
+        if is_unturned(photo, recording.width, recording.height):
+            return upright(people, photo, (recording.width, recording.height), where)
+        if not _same_shape(recording, photo):
             raise KeypointsError(
                 f"{photo.name}: is {photo.width} x {photo.height}, but its keypoints in {self._path} are of "
                 f"{recording.width:.0f} x {recording.height:.0f} (turned or cropped?)"
@@ -96,10 +104,24 @@ class Recorded:
         """Return what to say of a photo that the file does not name, None where it does: is it this photo's file?"""
         if self._recording(photo.name) is not None:
             return None
-        listed = ", ".join(islice(self._by_name, 2)) + (", ..." if len(self._by_name) > 2 else "")
-        return (
-            f"nobody recorded: {self._path.name} names only photos with somebody ({listed or 'none'}), and not this one"
-        )
+        if self._path.is_dir():
+            return f"nobody recorded: {self._path.name} has no file for it, as tools write none where nobody is found"
+        return f"nobody recorded: {self._path.name} names only photos with somebody ({self._some()}), and not this one"
+
+    def require_any(self, names: Iterable[str]) -> None:
+        """Raise KeypointsError where none of the photos is recorded, though no photo need be: it is another's file."""
+        if self._lists_empty or not self._by_name:
+            return
+        count = 0
+        for name in names:
+            if self._recording(name) is not None:
+                return
+            count += 1
+        photos = "the photo is not" if count == 1 else f"not one of the {count} photos is"
+        raise KeypointsError(f"{self._path}: {photos} named in it; it names {self._some()}")
+
+    def _some(self) -> str:
+        return (", ".join(islice(self._by_name, 2)) or "none") + (", ..." if len(self._by_name) > 2 else "")
 
     def _refuse_larger(self, people: People, photo: Photo) -> None:
         """Refuse pixels of a larger copy where no size is stated: nobody is seen wholly outside a photo."""
@@ -113,7 +135,7 @@ class Recorded:
             )
 
     def _recording(self, name: str) -> RecordedPhoto | None:
-        path = PurePosixPath(name.replace("\\", "/"))
+        path = PurePosixPath(unicodedata.normalize("NFC", name.replace("\\", "/")))
         found = self._by_name.get(str(path)) or self._by_base.get(path.name) or self._by_stem.get(path.stem)
         if found is None and (digits := _COCO_NAME.search(path.stem)):
             found = self._by_number.get(int(digits[1]))
@@ -156,7 +178,8 @@ def _name_of(recording: RecordedPhoto) -> str:
     """Return a recorded photo's name as tables hold it; the names of OpenPose's files may be bytes that are no text."""
     if "\0" in recording.photo:
         raise KeypointsError(f"the photo {recording.photo!r:.80} has a zero byte in its name")
-    name = recording.photo.replace("\\", "/")
+    # A Mac writes accents apart from their letters; the same name looks the same.
+    name = unicodedata.normalize("NFC", recording.photo.replace("\\", "/"))
     return name if is_whole(name) else readable_name(name)
 
 

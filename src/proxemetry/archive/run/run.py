@@ -12,6 +12,7 @@ from typing import Any
 
 from ...errors import OutputError, SettingsError
 from ...pose import backend_named, replays
+from ...pose.recorded import Recorded
 from ...pose.recording import Recording
 from ...version import __version__
 from ..store import manifest, parts
@@ -102,6 +103,8 @@ def run(
         if measured := sum(listed.shard_sizes[s] for s in there if s < listed.n_shards):
             on_progress(Note(f"{measured} of {len(listed)} photos are measured already"))
         found = schedule.run(s for s in range(listed.n_shards) if s not in there and is_mine(s))
+        if found.counts.photos and not found.counts.people:
+            _require_recorded(job, found.manifest)
         if found.counts.again:
             on_progress(Note(_said_again(found.counts.again)))
         if update is not None and update.passed_over:
@@ -252,6 +255,14 @@ def _packages() -> dict[str, str]:
         except PackageNotFoundError:
             continue
     return found
+
+
+def _require_recorded(job: Job, listed: Manifest) -> None:
+    """Raise KeypointsError where a keypoint file names none of the photos: nobody in a thousand photos is no result."""
+    if job.pose.startswith("recorded:"):
+        backend = backend_named(job.pose, job.options)
+        if isinstance(backend, Recorded):
+            backend.require_any(listed.names())
 
 
 def _concluded(

@@ -56,7 +56,8 @@ def _folder(folder: Path) -> Recordings:
     if not files:
         raise KeypointsError(f"{folder}: no keypoint files in it; {_KINDS}")
     found = [read(file) for file in files]
-    return Recordings(tuple(photo for one in found for photo in one.photos), all(one.lists_empty for one in found))
+    lists_empty = all(one.lists_empty for one in found) and files[0].suffix.lower() != ".txt"
+    return Recordings(tuple(photo for one in found for photo in one.photos), lists_empty)
 
 
 def _file(path: Path) -> Recordings:

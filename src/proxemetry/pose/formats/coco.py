@@ -10,7 +10,18 @@ import numpy as np
 
 from ...errors import KeypointsError
 from ...people import People
-from .recording import Person, RecordedPhoto, by_count, checked, naming, people_of, person_of, renamed, size_of
+from .recording import (
+    Person,
+    RecordedPhoto,
+    by_count,
+    checked,
+    has_shoulders,
+    naming,
+    people_of,
+    person_of,
+    renamed,
+    size_of,
+)
 
 #: An annotator's word for a joint as a score: 1 is "there, but hidden", placed by guess; 2 is "seen".
 _VISIBILITY_SCORES = np.array([0.0, 0.5, 1.0])
@@ -24,15 +35,15 @@ def read_annotations(where: str, content: Mapping[str, Any]) -> list[RecordedPho
             if str(image["id"]) in persons:
                 raise KeypointsError(f"id {image['id']} is another image's already")
             persons[str(image["id"])] = []
-    names: Sequence[str] | None = None
     with naming(f"{where}, categories"):
-        for category in content.get("categories", []):
-            names = names or category.get("keypoints")
+        names, others = _categories(content.get("categories", []))
     strangers = 0  # a file may list some of its images alone, but not others alone
     for number, entry in enumerate(content["annotations"]):
         with naming(f"{where}, annotations[{number}]"):
             found = persons.get(str(entry["image_id"]))
             strangers += found is None
+            if str(entry.get("category_id")) in others:
+                continue
             if found is not None and entry.get("keypoints") and not entry.get("iscrowd"):
                 found.append(_annotated(entry))
     if strangers and strangers == len(content["annotations"]):
@@ -44,6 +55,21 @@ def read_annotations(where: str, content: Mapping[str, Any]) -> list[RecordedPho
             people = _people(persons[str(image["id"])], names)
             answer.append(RecordedPhoto(str(image["file_name"]), people, width, height))
     return answer
+
+
+def _categories(categories: Sequence[Mapping[str, Any]]) -> tuple[Sequence[str] | None, set[str]]:
+    """Return the joints' names of the category that people are in, and the ids of the others.
+
+    People have shoulders; of several such categories it is the one called person, else the first, with all others that
+    have the same joints.
+    """
+    jointed = [category for category in categories if category.get("keypoints")]
+    if not jointed:
+        return None, set()
+    peopled = [category for category in jointed if has_shoulders(category["keypoints"])] or jointed
+    chosen = next((c for c in peopled if str(c.get("name", "")).lower() == "person"), peopled[0])
+    others = {str(c["id"]) for c in categories if c.get("keypoints") != chosen["keypoints"]}
+    return chosen["keypoints"], others - {str(chosen.get("id"))}
 
 
 def read_results(where: str, content: Sequence[Mapping[str, Any]]) -> list[RecordedPhoto]:

@@ -133,13 +133,22 @@ def people_of(skeleton: Skeleton, persons: Sequence[Person]) -> People:
     return People(skeleton, people.keypoints_px, people.scores, boxes, scores)
 
 
+def has_shoulders(names: Sequence[str]) -> bool:
+    """Whether named joints are those of a person."""
+    return {"left_shoulder", "right_shoulder"} <= set(_plain(names))
+
+
+def _plain(names: Sequence[str]) -> list[str]:
+    plain = [n.lower().replace(" ", "_").replace("-", "_") for n in names]
+    return [_ALIASES.get(n, n) for n in plain]
+
+
 def renamed(names: Sequence[str], persons: Sequence[Person]) -> tuple[Skeleton, list[Person]]:
     """Return the known skeleton that named joints fit into, and the people in its order; what it lacks is dropped."""
-    plain = [n.lower().replace(" ", "_").replace("-", "_") for n in names]
-    plain = [_ALIASES.get(n, n) for n in plain]
+    plain = _plain(names)
     has_middles = "neck" in plain and "mid_hip" in plain
     skeleton = HALPE_26 if has_middles else COCO_17
-    if not {"left_shoulder", "right_shoulder"} <= set(plain):
+    if not has_shoulders(names):
         raise KeypointsError(f"no joints called left_shoulder and right_shoulder among {', '.join(plain[:6])}, ...")
     rows = [plain.index(joint) if joint in plain else -1 for joint in skeleton.joints]
     order = np.array(rows)

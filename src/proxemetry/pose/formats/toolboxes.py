@@ -10,6 +10,7 @@ import numpy as np
 
 from ...errors import KeypointsError
 from ...people import People
+from ..callables import skeleton_of
 from .recording import Person, RecordedPhoto, by_count, checked, naming, people_of, person_of, renamed
 
 
@@ -84,15 +85,28 @@ def read_ultralytics_text(where: str, photo: str, text: str) -> RecordedPhoto:
     for number, line in enumerate(filter(None, (line.strip() for line in text.splitlines())), start=1):
         with naming(f"{where}, line {number}"):
             values = [float(v) for v in line.split()]
-            rest = values[5:]
-            confidence = rest.pop() if len(rest) % 3 == 1 else None
-            if not rest:
-                raise KeypointsError("no keypoints: it is a detector's file, not a pose model's")
+            joints, confidence = _text_joints(values[5:])
             x, y, width, height = values[1:5]
             box = [x - width / 2, y - height / 2, x + width / 2, y + height / 2]
-            persons.append(person_of(rest, confidence, box))
+            persons.append(person_of(joints, confidence, box))
     with naming(where):
         return RecordedPhoto(photo, _people(persons, None), 1.0, 1.0)
+
+
+def _text_joints(numbers: list[float]) -> tuple[list[list[float]], float | None]:
+    """Return the joints of a line, rows of x, y and visibility or of x, y, and the confidence where one is saved.
+
+    Nothing but their number tells which it is: it is the form in which they are a skeleton that is known.
+    """
+    if len(numbers) < 2:
+        raise KeypointsError("no keypoints: it is a detector's file, not a pose model's")
+    forms = [(width, saved) for width in (3, 2) for saved in (0, 1) if (len(numbers) - saved) % width == 0]
+    known = [form for form in forms if skeleton_of((len(numbers) - form[1]) // form[0]) is not None]
+    if not forms:
+        raise KeypointsError(f"{len(numbers)} keypoint numbers are neither rows of x, y, visibility nor of x, y")
+    width, saved = (known or forms)[0]
+    end = len(numbers) - saved
+    return [numbers[k : k + width] for k in range(0, end, width)], numbers[-1] if saved else None
 
 
 def _instance(keypoints: Any, scores: Any, box: Any, score: Any) -> Person:
