@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from ..archive.run.run import run
-from ..archive.run.schedule import Progress
+from ..archive.run.schedule import Note, Progress
 from ..archive.run.work import Job
 from ..camera.focal import FocalRequest
 from ..errors import ProxemetryError, SettingsError
@@ -88,19 +88,19 @@ class Measuring:
     def _work(self, folder: str, job: Job) -> None:
         started = time.monotonic()
 
-        def on_progress(progress: Progress) -> None:
+        def on_progress(progress: Progress | Note) -> None:
             if self._stop:
                 raise _StoppedError
             with self._lock:
-                if progress.note:
-                    self._state["note"] = progress.note
+                if isinstance(progress, Note):
+                    self._state["note"] = progress.text
                     return
                 seconds = time.monotonic() - started
                 left = (progress.total - progress.done) * seconds / progress.done if progress.done else None
                 self._state.update(done=progress.done, total=progress.total, failed=progress.failed, seconds_left=left)
 
         try:
-            self.run([folder], job, tell=on_progress)
+            self.run([folder], job, on_progress=on_progress)
         except _StoppedError:
             self._finish(status="stopped")
         except ProxemetryError as error:
