@@ -5,7 +5,7 @@ import time
 
 import pytest
 
-from proxemetry.archive.run.schedule import Progress
+from proxemetry.archive.run.schedule import Note, Progress
 from proxemetry.errors import OutputError, SettingsError
 from proxemetry.web.measuring import Measuring, folders
 
@@ -31,9 +31,9 @@ def test_folders_are_listed_with_their_photos(tmp_path):
 
 
 def test_a_run_goes_from_running_to_done(tmp_path):
-    def run(paths, job, tell):
-        tell(Progress(0, 0, 0, note="fetching"))
-        tell(Progress(2, 4, 1))
+    def run(paths, job, on_progress):
+        on_progress(Note("fetching"))
+        on_progress(Progress(2, 4, 1))
 
     measuring = Measuring(run)
     assert measuring.state() == {"status": "idle"}
@@ -46,10 +46,10 @@ def test_a_run_goes_from_running_to_done(tmp_path):
 def test_a_run_is_stopped_and_only_one_runs_at_a_time(tmp_path):
     begun = threading.Event()
 
-    def run(paths, job, tell):
+    def run(paths, job, on_progress):
         while True:
             begun.set()
-            tell(Progress(1, 10, 0))
+            on_progress(Progress(1, 10, 0))
             time.sleep(0.01)
 
     measuring = Measuring(run)
@@ -65,7 +65,7 @@ def test_a_run_is_stopped_and_only_one_runs_at_a_time(tmp_path):
     ("error", "told"), [(OutputError("no space"), "no space"), (ValueError("oops"), "internal error")]
 )
 def test_what_goes_wrong_is_told(tmp_path, error, told):
-    def run(paths, job, tell):
+    def run(paths, job, on_progress):
         raise error
 
     measuring = Measuring(run)
