@@ -329,7 +329,11 @@ def test_a_folder_is_measured_from_the_page_and_opens(
     photos = write_photos(tmp_path / "photos", 4)
     pose = "python:synthetic.small_photos:two_people"
     monkeypatch.setattr(
-        Measuring, "run", staticmethod(lambda paths, job, tell: run(paths, replace(job, pose=pose), jobs=0, tell=tell))
+        Measuring,
+        "run",
+        staticmethod(
+            lambda paths, job, on_progress: run(paths, replace(job, pose=pose), jobs=0, on_progress=on_progress)
+        ),
     )
     store = DropStore()
     with served(Review(store, "ada")) as (origin, token):

@@ -15,10 +15,9 @@ from numpy.typing import ArrayLike
 
 from ..arrays import FloatArray
 from ..errors import CameraError
+from ..photo import LARGEST_PX
 from .sources import FocalSource, Source
 
-#: Longest side of a photo, pixels: JPEG ends at 65,535, stitched panoramas do not come near a million.
-LARGEST_PX = 1_000_000
 #: Focal lengths that a lens can have, as parts of the photo's side. Fisheyes have a quarter of the long one, a
 #: telescope of ten metres on a full-frame sensor 280 times; a narrow crop makes either a hundred times more.
 FOCAL_RANGE = (0.01, 10_000.0)

@@ -1,5 +1,5 @@
 """A photo: its formats, what its metadata state, upright pixels and hash."""
 
-from .photo import EXTENSIONS, Metadata, Photo, RGBArray
+from .photo import EXTENSIONS, LARGEST_PX, Metadata, Photo, RGBArray
 
-__all__ = ["EXTENSIONS", "Metadata", "Photo", "RGBArray"]
+__all__ = ["EXTENSIONS", "LARGEST_PX", "Metadata", "Photo", "RGBArray"]

@@ -14,8 +14,11 @@ from ..files import sha256_of
 from .formats import RAW_EXTENSIONS, decode, read_header
 from .metadata import Metadata
 
-__all__ = ["EXTENSIONS", "Metadata", "Photo", "RGBArray"]
+__all__ = ["EXTENSIONS", "LARGEST_PX", "Metadata", "Photo", "RGBArray"]
 
+
+#: Longest side of a photo, pixels: JPEG ends at 65,535, stitched panoramas do not come near a million.
+LARGEST_PX = 1_000_000
 
 #: File name endings that a folder is searched for.
 EXTENSIONS = (
@@ -60,6 +63,11 @@ class Photo:
             digest = sha256_of(path)
         except OSError as error:
             raise PhotoError(f"{path}: cannot be read ({error.strerror})") from error
+        if max(header.width, header.height) > LARGEST_PX:
+            raise PhotoError(
+                f"{path}: its header claims {header.width} x {header.height} pixels; no photo is wider or taller than "
+                f"{LARGEST_PX:,}"
+            )
         return cls(name or path.name, header.width, header.height, digest, header.metadata, path)
 
     @classmethod

@@ -59,6 +59,7 @@ def scene_view(scene: Scene, actions: Sequence[Action]) -> dict[str, Any]:
         "reason": scene.reason,
         "method": scene.settings.method,
         "pose": scene.made_by.pose,
+        "about": {name: getattr(scene.about, name) for name in ("date", "city", "country", "source")},
         "note": None if scene.review is None else scene.review.note,
         "on_ground": scene.distances.on_ground,
         "camera": _camera(scene),

@@ -9,7 +9,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ...errors import OutputError, SettingsError
+from ...errors import SettingsError
 from ...scene import Scene
 from ...settings import Settings
 from ..run.run import run
@@ -48,7 +48,7 @@ class ResultsFrames:
 
     def _frame(self, table: str) -> pandas.DataFrame:
         safe_m = self.results.run.get("safe_distance_m")
-        return self.results.view().execute(table_query(table, safe_m)).df()
+        return self.results.view().execute(table_query(table, safe_m)).fetchdf()
 
     def __repr__(self) -> str:
         return f"ResultsFrames({self.results.folder.location!r}: photos, people, pairs)"
@@ -62,8 +62,7 @@ def read_results(folder: str | Path) -> ResultsFrames:
     if importlib.util.find_spec("pandas") is None:
         raise SettingsError("data frames need an extra: pip install 'proxemetry[notebook]'")
     results = Results.open(folder)
-    if missing := len(results.missing_shards()):
-        raise OutputError(f"{folder}: {missing} parts of the run are missing; measure the same photos again to go on")
+    results.require_finished()
     return ResultsFrames(results)
 
 

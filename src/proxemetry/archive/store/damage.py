@@ -175,6 +175,10 @@ class Guarded:
         """Return some more rows."""
         return self._fetched("fetchmany", size)
 
+    def fetchdf(self) -> Any:
+        """Return the rows as a pandas data frame."""
+        return self._fetched("df")
+
     def fetchnumpy(self) -> dict[str, Any]:
         """Return the columns as arrays."""
         return self._fetched("fetchnumpy")

@@ -241,7 +241,7 @@ def _remote_files(folder: str, passed: PassedOver) -> Iterator[str]:
     bare = path_in_store(folder)
     for file in filesystem.find(bare):
         parts = posixpath.relpath(file, bare).split("/")
-        beside = zip(parts[:-1], ("", *parts[:-2]), strict=True)
+        beside = zip(parts[:-1], ["", *parts], strict=False)  # each folder with the one that it lies in
         left_out = next((n for n, above in beside if _is_left_out(n, above.lower().endswith(_LIBRARIES))), None)
         ending = parts[-1].rpartition(".")[2].lower()
         if left_out is not None:

@@ -11,10 +11,10 @@ import numpy as np
 
 from ...arrays import FloatArray
 from ...camera import Camera
-from ...camera.camera import LARGEST_PX
 from ...errors import KeypointsError, ProxemetryError
 from ...people import People
 from ...people.skeleton import COCO_17, HALPE_26, Skeleton
+from ...photo import LARGEST_PX
 from ..callables import BY_COUNT, WHOLE_BODIES, are_fractions, skeleton_of
 
 #: Other names of the same joints, as the common files spell them.
