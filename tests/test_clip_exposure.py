@@ -39,7 +39,9 @@ def test_frames_stand_for_the_time_around_them():
 @given(st.floats(0.1, 1.0), st.floats(0.2, 3.0))
 def test_two_at_one_place_are_apart_as_rayleigh_says(sd, limit):
     found = nearness(np.zeros((1, 2)), sd**2 * np.eye(2)[None], [limit])
-    assert found.p_within[0, 0] == pytest.approx(1 - np.exp(-(limit**2) / (2 * sd**2)), abs=0.008)  # 128 radii
+    assert found.p_within[0, 0] == pytest.approx(
+        1 - np.exp(-(limit**2) / (2 * sd**2)), abs=0.012
+    )  # 128 radii: steps of 0.008
 
 
 def test_far_and_near_formulas_meet():
@@ -55,7 +57,7 @@ def test_far_and_near_formulas_meet():
 
 def test_seconds_within_are_those_of_the_truth_where_nothing_is_noisy():
     paths, weight = paths_of(side_by_side(1.2))
-    (pair,) = pairs_over_time(paths, weight, [1.0, 1.5, 2.0])
+    (pair,) = pairs_over_time(paths, weight, [0.7, 1.7, 2.0])  # far enough from 1.2 m for how bodies sway
     assert pair.seconds == pytest.approx([0.0, 10.0, 10.0], abs=0.05)
     low, high = pair.interval_s()
     assert (low <= pair.seconds).all() and (pair.seconds <= high).all()
@@ -111,7 +113,9 @@ def test_an_error_of_the_camera_is_shared_by_all():
     assert shifted[0].near.high_m == pytest.approx(plain.near.high_m)  # everybody moves alike: no distance changes
     (scaled,) = pairs_over_time(paths, weight, [1.5], lambda p: 0.1 * p[:, :, None])
     spread = (scaled.near.high_m - scaled.near.low_m) / 2
-    assert spread[0] == pytest.approx(1.645 * 0.15, rel=0.15)  # a tenth of scale is a tenth of every distance
+    own = (plain.near.high_m - plain.near.low_m) / 2
+    # a tenth of scale is a tenth of every distance, besides what each has by itself
+    assert spread[0] == pytest.approx(np.hypot(own[0], 1.645 * 0.15), rel=0.15)
     totals = TotalExposure(1)
     totals.add(scaled, 0.0)
     found = totals.totals()

@@ -47,3 +47,15 @@ def test_links_within_the_repository_lead_somewhere(path):
     for target in re.findall(r"\]\(([^)#\s]+)[^)]*\)", text):
         if "://" not in target:
             assert (path.parent / target).exists(), f"{path.name} links to {target}"
+
+
+def test_every_figure_of_the_first_table_stands_on_the_page_that_it_names():
+    rows = re.findall(r"^\| (.*) \| \[[^\]]+\]\((docs/[a-z_]+\.md)\) \|$", TEXT, re.MULTILINE)
+    assert len(rows) >= 8
+    for row, page in rows:
+        text = (ROOT / page).read_text(encoding="utf-8").replace(",", "")
+        shares = {f"{float(number):.2f}" for number in re.findall(r"0\.\d+", text)}
+        for number in re.findall(r"\d+(?:\.\d+)?(?= %)", row):
+            as_share = f"{float(number) / 100:.2f}"
+            rounded = any(f"{float(n):.1f}" == number for n in re.findall(r"\d+\.\d\d\b", text))
+            assert number in text or as_share in shares or rounded, f"{number} % is not on {page}"

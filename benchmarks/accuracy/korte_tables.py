@@ -76,6 +76,17 @@ def summary(scores: dict[str, Score], all_photos: bool) -> str:
     return markdown(rows)
 
 
+def by_distance(result: Score) -> str:
+    """Return one method's errors by the true distance: nearest pairs matter most to proxemics."""
+    rows = [["true distance, m", "pairs", "mean error %", "median %", "bias %"]]
+    for found in result.overall.by_distance:
+        low, high = found.low_mm / 1000, found.high_mm / 1000
+        name = f"{low:g} to {high:g}" if math.isfinite(high) else f"{low:g} and more"
+        figures = (found.error_pct_mean, found.error_pct_median, found.bias_pct)
+        rows.append([name, str(found.n_pairs), *(number(value) for value in figures)])
+    return markdown(rows)
+
+
 def paper_table(name: str, scores: dict[str, Score]) -> str:
     """Return one of the paper's tables for the methods that place anybody."""
     placing = {method: result for method, result in scores.items() if result.overall.n_pairs}
@@ -110,6 +121,7 @@ def tables(folder: str, count: int, seed: int) -> str:
     published, correct = score_annotated(folder, "seker2021"), score_annotated(folder, "v1")
     parts = [
         "### Annotated points, protocol `v1`, labels with errata\n", summary(correct, all_photos=False),
+        "### The scene fit by true distance, protocol `v1`\n", by_distance(correct["scene"]),
         "### Annotated points, protocol `seker2021`, original labels\n", summary(published, all_photos=True),
     ]  # fmt: skip
     for name in ("all", "outdoor", "indoor", "elevated", "f1"):

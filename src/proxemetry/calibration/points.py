@@ -222,6 +222,10 @@ def _with_covariance(mount: Mount, normal: FloatArray, spread: float, count: int
     covariance = np.linalg.inv(normal + np.diag([_ANYWHERE**-2] * 6 + [0.0] * 3)) * spread**2
     which, scale = np.array([0, 1, 2, 6]), np.array([1.0, 1.0, 1.0, focal_sd])
     block = covariance[np.ix_(which, which)] * scale * scale[:, None]
+    # Straight above, roll and heading are one: an angle that is off by more than half a turn is anywhere.
+    sd = np.sqrt(np.maximum(np.diag(block), 0.0))
+    shrink = np.where([True, True, False, False], np.minimum(1.0, math.pi / np.maximum(sd, 1e-300)), 1.0)
+    block = block * shrink * shrink[:, None]
     known = np.diag(block) > 0
     rows = np.where(known[:, None] & known, block, np.nan)
     camera = mount.camera

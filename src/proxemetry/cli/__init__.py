@@ -28,9 +28,9 @@ COMMANDS: dict[str, str] = {
     "score": "score predictions against a benchmark's labels, or check a labels folder",
     "benchmark": "run methods on a benchmark's photos, or its annotated points, and score them",
     "report": "write one self-contained page on a results folder",
-    "review": "look at every photo in the browser and put right what is wrong",
+    "review": "look through the photos in the browser and correct what is wrong",
     "models": "list, fetch and check the networks that find people",
-    "doctor": "check this installation, or what photos tell of their camera and what is missing",
+    "doctor": "check this installation, or what photos say about their camera and what is missing",
 }
 
 DONE, SOME_FAILED, NOTHING_DONE = 0, 1, 2

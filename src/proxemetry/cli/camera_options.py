@@ -17,7 +17,7 @@ WHAT_TO_STATE = """No focal length, no metres. What you know of the lens can be 
 
 def add_camera_options(parser: argparse.ArgumentParser) -> None:
     """Add the options of a `FocalRequest`."""
-    group = parser.add_argument_group("camera (but for --assume-fov, it goes before what the photos themselves say)")
+    group = parser.add_argument_group("camera (all but --assume-fov override the camera details stored in the photos)")
     group.add_argument("--focal-mm", type=number, metavar="F", help="focal length of the lens, millimetres")
     group.add_argument("--sensor-mm", type=_size, metavar="WxH", help="width and height of the sensor, millimetres")
     group.add_argument("--focal-35mm", type=number, metavar="F", help="35 mm equivalent focal length, of all photos")

@@ -61,7 +61,7 @@ def _add_method(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--device", default="cpu", choices=DEVICES, help="what the networks of ONNX back ends run on (default: cpu)"
     )
-    group.add_argument("--flip", action="store_true", help="look at each person in a mirror too, and average")
+    group.add_argument("--flip", action="store_true", help="detect each person in the mirrored photo too, and average")
     told = LocateSettings()
     group.add_argument(
         "--method", default=DEFAULT_METHOD, choices=METHODS, action=Once,
@@ -70,7 +70,7 @@ def _add_method(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     group.add_argument(
         "--body-size", default=told.body_size, choices=BODY_SIZES,
-        help=f"whose body lengths hold; mixed: adults and some children (default: {told.body_size})",
+        help=f"body sizes to expect; mixed: adults and some children (default: {told.body_size})",
     )  # fmt: skip
     group.add_argument(
         "--child-weight", type=number, metavar="SHARE",
@@ -78,7 +78,7 @@ def _add_method(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     group.add_argument(
         "--floor", default=told.floor, choices=FLOORS,
-        help=f"shared: everybody stands on one level floor, but whom a review takes off it (default: {told.floor})",
+        help=f"shared: one level floor for all, except people marked off-floor in a review (default: {told.floor})",
     )  # fmt: skip
     group.add_argument(
         "--quirks", type=_names, default=frozenset[str](), metavar="A,B",
@@ -95,8 +95,8 @@ def _add_output(parser: argparse.ArgumentParser) -> None:
         "--faces", default="show", choices=("show", "blur"), help="in overlays: blur pixelates the heads"
     )
     group.add_argument("--safe-distance", type=number, metavar="M", help="count the pairs nearer than M metres")
-    group.add_argument("--with-names", action="store_true", help="take names and captions of the metadata along")
-    group.add_argument("--with-gps", action="store_true", help="take the coordinates of the metadata along")
+    group.add_argument("--with-names", action="store_true", help="copy names and captions from the metadata")
+    group.add_argument("--with-gps", action="store_true", help="copy the coordinates from the metadata")
 
 
 def _add_run(parser: argparse.ArgumentParser) -> None:
@@ -106,7 +106,7 @@ def _add_run(parser: argparse.ArgumentParser) -> None:
     )
     group.add_argument("--engine", default="local", choices=ENGINES, help="ray: a cluster")
     group.add_argument("--shard", type=_share, metavar="I/N", help="do the I-th of N parts of the work (I from 1)")
-    group.add_argument("--restart", action="store_true", help="begin anew: measure again what the folder has already")
+    group.add_argument("--restart", action="store_true", help="start over: measure again what the folder already has")
     group.add_argument("--repair", action="store_true", help="measure again the photos of parts that are damaged")
     group.add_argument("--offline", action="store_true", help="fetch nothing: fail where a network is not here")
 
