@@ -26,7 +26,15 @@ from proxemetry.photo import Photo
 from proxemetry.plots.faces import heads_px, pixelated
 from proxemetry.plots.geometry import ground_positions, horizon_px
 from proxemetry.plots.lettering import draw_badges, to_points
-from proxemetry.plots.pair_selection import PERSON_COLOURS, footnote, line_colours, metres_text, pairs_shown, text_on
+from proxemetry.plots.pair_selection import (
+    PERSON_COLOURS,
+    camera_text,
+    footnote,
+    line_colours,
+    metres_text,
+    pairs_shown,
+    text_on,
+)
 from proxemetry.plots.placement import along
 from proxemetry.plots.placement import place as place_labels
 from proxemetry.plots.zone_colours import ZONE_COLOURS
@@ -270,3 +278,10 @@ def test_the_horizon_is_where_level_rays_end() -> None:
     up = np.array([math.sin(roll) * math.cos(pitch), -math.cos(roll) * math.cos(pitch), -math.sin(pitch)])
     np.testing.assert_allclose(camera.rays(ends) @ up, 0, atol=1e-12)
     assert ends[:, 1].max() < 240  # a camera that looks down has the horizon above the middle
+
+
+@pytest.mark.parametrize(("rel_sd", "shown"), [(0.02, "± 3.3 %"), (0.1, "± 16 %"), (0.63, "± 104 %")])
+def test_the_focal_length_s_spread_is_never_in_powers_of_ten(rel_sd: float, shown: str) -> None:
+    scene = drawn_scene([(0.0, 4.0)])
+    camera = replace(scene.camera.camera, focal_rel_sd=rel_sd)
+    assert shown in camera_text(replace(scene, camera=CameraEstimate(camera)))

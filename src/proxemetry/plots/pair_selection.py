@@ -114,7 +114,9 @@ def camera_text(scene: Scene) -> str:
     camera = scene.camera.camera
     if camera is None:
         return "focal length unknown"
-    return f"focal length {camera.f_px:.0f} px ± {100 * HALF_WIDTH_SD * camera.focal_rel_sd:.2g} % ({camera.source})"
+    spread_pct = 100 * HALF_WIDTH_SD * camera.focal_rel_sd
+    spread = f"{spread_pct:.0f}" if spread_pct >= 10 else f"{spread_pct:.2g}"
+    return f"focal length {camera.f_px:.0f} px ± {spread} % ({camera.source})"
 
 
 def footnote(scene: Scene, shown: list[tuple[int, int]]) -> str:
