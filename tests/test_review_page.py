@@ -339,6 +339,7 @@ def test_a_folder_is_measured_from_the_page_and_opens(
     with served(Review(store, "ada")) as (origin, token):
         tab = Tab(browser, origin)
         tab.page.goto(f"{origin}/?token={token}")
+        tab.page.wait_for_function("() => document.getElementById('folder')?.value")  # the home folder is listed
         tab.page.fill("#folder", str(photos.parent))
         tab.page.get_by_role("button", name="Open").click()
         tab.page.locator(".folders button", has_text="photos").click()
