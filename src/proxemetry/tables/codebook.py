@@ -1,0 +1,59 @@
+"""The codebook: every column of every table with its type, unit and meaning, as rows, CSV and a page.
+
+It is made from the columns themselves, so that a column and its meaning never part.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Iterator
+
+from .column import Column
+from .rows import all_columns
+
+#: `corrections.csv`, the log of a review as it is exported.
+CORRECTIONS = (
+    Column("number", "INTEGER", "", "number of the action, in the order they were done"),
+    Column("time", "VARCHAR", "", "when, in universal time (ISO 8601)"),
+    Column("who", "VARCHAR", "", "the reviewer's name (--who)"),
+    Column("photo", "VARCHAR", "", "path of the photo"),
+    Column("sha256", "VARCHAR", "", "SHA-256 of the file"),
+    Column("action", "VARCHAR", "", "what was done: remove_person, set_camera, exclude ..., undo"),
+    Column("value", "VARCHAR", "", "with what, as JSON"),
+)
+
+
+#: How the codebook calls the SQL types.
+_KINDS = {"VARCHAR": "text", "INTEGER": "integer", "DOUBLE": "number", "BOOLEAN": "true or false"}
+
+
+def _codebook() -> dict[str, tuple[Column, ...]]:
+    return {**all_columns(), "corrections": CORRECTIONS}
+
+
+def codebook_rows() -> tuple[list[str], Iterator[tuple[str, ...]]]:
+    """Return the codebook's header, and a row for every column: table, column, type, unit and meaning."""
+    listed = ((table, column) for table, columns in _codebook().items() for column in columns)
+    rows = ((table, c.name, _KINDS[c.kind], c.unit, c.meaning) for table, c in listed)
+    return ["table", "column", "type", "unit", "meaning"], rows
+
+
+def codebook_csv() -> str:
+    """Return the codebook as CSV."""
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    header, rows = codebook_rows()
+    writer.writerow(header)
+    writer.writerows(rows)
+    return out.getvalue()
+
+
+def codebook_markdown() -> str:
+    """Return the same as a page."""
+    lines = ["# Codebook", "", "The columns of the tables in a results folder; a value that is missing is empty.", ""]
+    for table, columns in _codebook().items():
+        lines += [f"## {table}", "", "| column | type | unit | meaning |", "|---|---|---|---|"]
+        lines += [f"| `{c.name}` | {_KINDS[c.kind]} | {c.unit} | {c.meaning} |" for c in columns]
+        lines.append("")
+    return "\n".join(lines)
