@@ -106,7 +106,7 @@ def test_every_row_reaches_the_scene_fit(name: str) -> None:
     evidence = evidence_of(people, Camera.centred(800, 1000, 1000), model)
     joints = [people.skeleton.joints[column] for column in model.columns]
     scores = people.scores[:, model.columns]
-    assert evidence.waver == pytest.approx(law.waver(joints, scores))
+    assert evidence.score_noise == pytest.approx(law.score_noise(joints, scores))
     assert (evidence.seen == (scores >= law.lowest_score)).all()
     assert evidence.resolution == pytest.approx(max(law.floor_px, 4e-4 * np.hypot(1000, 1000)) / 800)
     assert dict(zip(LENGTHS, evidence.lengths, strict=True)) == {

@@ -9,11 +9,11 @@ from proxemetry.camera import Camera
 from proxemetry.locate import LocateSettings
 from proxemetry.locate.scenefit import fit as joint_fit
 from proxemetry.locate.scenefit import locate, shared_prior, solver
-from proxemetry.locate.scenefit.alternatives import Explanations, others_of
+from proxemetry.locate.scenefit.alternatives import Explanations, leave_one_out
 from proxemetry.locate.scenefit.body_model import body_model
 from proxemetry.locate.scenefit.evidence import evidence_of
 from proxemetry.locate.scenefit.hypotheses import keypoint_precision, log_evidence
-from proxemetry.locate.scenefit.posterior import _TWIST_SD, _folded, _modes
+from proxemetry.locate.scenefit.posterior import _TWIST_SD, _merged_spread, _modes
 from proxemetry.locate.scenefit.projection import (
     DEPTH,
     FOCAL,
@@ -25,7 +25,7 @@ from proxemetry.locate.scenefit.projection import (
     torso_position,
 )
 from proxemetry.locate.scenefit.solver import Fit, SharedPrior
-from proxemetry.locate.scenefit.start import look
+from proxemetry.locate.scenefit.start import initialise
 from proxemetry.people import People
 from proxemetry.people.skeleton import COCO_17
 from synthetic.modelled import ADULTS, CAMERA, photo
@@ -39,14 +39,14 @@ def linear_fit(rows, seed=0):
     roots = rng.normal(size=(rows, N, N))
     hessian = roots @ roots.transpose(0, 2, 1) + 0.1 * np.eye(N)
     normal = np.concatenate([hessian, rng.normal(size=(rows, N, 1))], axis=-1)
-    beforehand = np.column_stack([np.eye(N_SHARED), np.zeros(N_SHARED)])
+    prior_equations = np.column_stack([np.eye(N_SHARED), np.zeros(N_SHARED)])
     local = np.zeros((rows, N_LOCAL))
-    return Fit(local, np.zeros(N_SHARED), normal, beforehand, np.zeros(rows), 0.0, np.ones((rows, 1)))
+    return Fit(local, np.zeros(N_SHARED), normal, prior_equations, np.zeros(rows), 0.0, np.ones((rows, 1)))
 
 
 def test_what_the_others_say_is_what_is_left_without_oneself():
     fit = linear_fit(4)
-    others = others_of(fit)
+    cavity = leave_one_out(fit)
     for k in range(4):
         rest = np.arange(4) != k
         size = 3 * N_LOCAL + N_SHARED  # everybody else and the camera, solved whole
@@ -57,8 +57,8 @@ def test_what_the_others_say_is_what_is_left_without_oneself():
             whole[np.ix_(index, index)] += h
             right[index] += g
         covariance = np.linalg.inv(whole)
-        assert others.mean[k] == pytest.approx((covariance @ right)[-N_SHARED:])
-        assert np.linalg.inv(others.precision[k]) == pytest.approx(covariance[-N_SHARED:, -N_SHARED:])
+        assert cavity.mean[k] == pytest.approx((covariance @ right)[-N_SHARED:])
+        assert np.linalg.inv(cavity.precision[k]) == pytest.approx(covariance[-N_SHARED:, -N_SHARED:])
 
 
 def explanations(depths_m, precision=None, shared=None):
@@ -77,9 +77,9 @@ class Two:
 
 
 def test_an_explanation_that_is_no_mode_widens_the_covariance_by_its_weight():
-    added = _folded(Two, explanations([5.0, 5.4]), np.array([0.7, 0.3]), np.array([0]), {})
+    added = _merged_spread(Two, explanations([5.0, 5.4]), np.array([0.7, 0.3]), np.array([0]), {})
     assert added[0, 2, 2] == pytest.approx(0.3 * 0.4**2)
-    assert _folded(Two, explanations([5.0, 5.4]), np.array([0.7, 0.3]), np.array([0]), {0: [0, 1]})[0, 2, 2] == 0
+    assert _merged_spread(Two, explanations([5.0, 5.4]), np.array([0.7, 0.3]), np.array([0]), {0: [0, 1]})[0, 2, 2] == 0
 
 
 def test_the_evidence_of_a_sharp_explanation_is_less_by_its_volume():
@@ -207,7 +207,7 @@ def test_noise_grows_with_the_body_down_to_what_a_detector_resolves():
     evidence = evidence_of(people, CAMERA, model)
     tiny, large = (1 / keypoint_precision(evidence, model, np.full(4, scale)) for scale in (1e-9, 1e3))
     assert tiny[evidence.seen] == pytest.approx(evidence.resolution)
-    share = np.hypot(model.spread, evidence.waver)
+    share = np.hypot(model.spread, evidence.score_noise)
     assert large[evidence.seen] == pytest.approx(1e3 * share[evidence.seen])
 
 
@@ -215,7 +215,7 @@ def test_the_first_look_finds_depth_heading_and_pitch():
     people, truth = photo(3, noise_px=0.0, pitch=0.2)
     model = body_model(COCO_17)
     lengths = np.tile([1.70, 1.36, 0.51, 0.345, 0.063, 0.15], (4, 1))
-    start = look(evidence_of(people, CAMERA, model), lengths, shared_prior(CAMERA), model, np.ones(4))
+    start = initialise(evidence_of(people, CAMERA, model), lengths, shared_prior(CAMERA), model, np.ones(4))
     posture, heading = np.divmod(start.cost.reshape(4, -1).argmin(axis=1), start.cost.shape[2])
     found = np.exp(start.log_depth[np.arange(4), posture, heading])
     assert found == pytest.approx(truth[:, 2], rel=0.12)

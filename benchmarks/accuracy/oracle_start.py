@@ -1,4 +1,4 @@
-"""What could a better start give? The joint fit from its own coarse look, and from the truth itself.
+"""What could a better start give? The joint fit from its own coarse start, and from the truth itself.
 
     python -m benchmarks.accuracy.oracle_start --labels DIR [--repeats 2]
 
@@ -14,7 +14,8 @@ from pathlib import Path
 
 import numpy as np
 
-from proxemetry.locate import LocateSettings, scenefit
+from proxemetry.locate import LocateSettings
+from proxemetry.locate.scenefit import fit as joint_fit
 from proxemetry.locate.scenefit.body_tables import POSTURES
 from proxemetry.locate.scenefit.projection import HEIGHT, PITCH, ROLL
 from proxemetry.locate.scenefit.start import HEADINGS, Start
@@ -42,19 +43,19 @@ def from_the_truth(start: Start, photo: SyntheticPhoto) -> Start:
     return replace(start, shared=shared, cost=cost, log_depth=log_depth, point=point)
 
 
-def told(photo_set: list[SyntheticPhoto]) -> Records:
+def from_truth(photo_set: list[SyntheticPhoto]) -> Records:
     """Run the fit with every start replaced by the truth."""
-    real, current = scenefit.look, iter(photo_set)
+    real, current = joint_fit.initialise, iter(photo_set)
 
-    def look(*arguments):
+    def initialise(*arguments):
         start, photo = real(*arguments), next(current)
         return from_the_truth(start, photo) if len(start.cost) == len(photo.people) else start
 
-    scenefit.look = look
+    joint_fit.initialise = initialise
     try:
         return record(photo_set, ("scene",), LocateSettings())["scene"]
     finally:
-        scenefit.look = real
+        joint_fit.initialise = real
 
 
 def main() -> None:
@@ -64,7 +65,7 @@ def main() -> None:
     parser.add_argument("--repeats", type=int, default=2)
     args = parser.parse_args()
     some = [p for k in range(args.repeats) for p in photos(args.labels, SEED + k) if len(p.people)]
-    own, best = record(some, ("scene",), LocateSettings())["scene"], told(some)
+    own, best = record(some, ("scene",), LocateSettings())["scene"], from_truth(some)
     print(f"{'':24s}{'pairs':>6s}{'mean %, own start':>20s}{'from the truth':>16s}{'bias':>8s}{'':>8s}{'in 90 %':>9s}")
     for group in (*sorted(set(own.group)), None):
         a, b = summary(own, group), summary(best, group)

@@ -18,9 +18,13 @@ import numpy as np
 from proxemetry import distances
 from proxemetry.arrays import FloatArray
 from proxemetry.bodies import Bodies
-from proxemetry.locate import LocateSettings, scenefit
+from proxemetry.locate import LocateSettings
+from proxemetry.locate.scenefit.alternatives import Explained
+from proxemetry.locate.scenefit.body_model import body_model
+from proxemetry.locate.scenefit.fit import explained_people, shared_prior
+from proxemetry.locate.scenefit.posterior import placed_people
 from proxemetry.locate.scenefit.projection import N_LOCAL, N_SHARED, camera_axes, torso_position
-from proxemetry.locate.scenefit.solver import Fit, Rows, SharedPrior, evaluate
+from proxemetry.locate.scenefit.solver import Fit, HypothesisBatch, SharedPrior, evaluate
 from synthetic.layouts import photos
 from synthetic.scenes import SyntheticPhoto
 
@@ -28,35 +32,19 @@ SEED = 3000
 _STEPS, _STEP, _BURN_IN = 10, 0.22, 30
 
 
-@dataclass
-class Caught:
-    """What the fit handed to its last stage: the rows of the best explanations and the fit."""
-
-    rows: Rows
-    fit: Fit
-
-
-def fitted(photo: SyntheticPhoto) -> tuple[Bodies, Caught, SharedPrior] | None:
-    """Run the joint fit; return also what it solved. None where nobody is detected."""
-    caught: list[Caught] = []
-    real = scenefit.placed_people
-
-    def spy(rows, explanations, weight, first, fit, *others):
-        caught.append(Caught(rows.taken(first), fit))
-        return real(rows, explanations, weight, first, fit, *others)
-
-    scenefit.placed_people = spy
-    try:
-        bodies = scenefit.locate(photo.people, photo.camera, LocateSettings())
-    finally:
-        scenefit.placed_people = real
-    return (bodies, caught[0], scenefit.shared_prior(photo.camera)) if caught else None
+def fitted(photo: SyntheticPhoto) -> tuple[Bodies, Explained, SharedPrior] | None:
+    """Run the joint fit; return also its explanations and the camera's prior. None where nobody is detected."""
+    prior, model = shared_prior(photo.camera), body_model(photo.people.skeleton)
+    explained = explained_people(photo.people, photo.camera, prior, LocateSettings(), model)
+    if explained is None:
+        return None
+    return placed_people(explained, model).bodies(len(photo.people), explained.usable, "unusable"), explained, prior
 
 
 class Posterior:
     """The negative log posterior of all unknowns as one vector, in coordinates where the fit's covariance is one."""
 
-    def __init__(self, rows: Rows, fit: Fit, prior: SharedPrior) -> None:
+    def __init__(self, rows: HypothesisBatch, fit: Fit, prior: SharedPrior) -> None:
         """Take the rows of the best explanations and the fit of them."""
         self.rows, self.prior, self.count = rows, prior, len(rows)
         self.centre = np.concatenate([fit.local.ravel(), fit.shared])
@@ -152,11 +140,11 @@ def main() -> None:
         begin = time.process_time()
         answer = fitted(photo)
         spent["fit"] += time.process_time() - begin
-        if answer is None or len(answer[1].rows) < len(photo.people):
+        if answer is None or len(answer[1].first) < len(photo.people):
             continue
-        bodies, caught, prior = answer
+        bodies, explained, prior = answer
         begin = time.process_time()
-        posterior = Posterior(caught.rows, caught.fit, prior)
+        posterior = Posterior(explained.rows.taken(explained.first), explained.fit, prior)
         points, rate = posterior.sample(rng, args.samples)
         spent["sampled"] += time.process_time() - begin
         rates.append(rate)

@@ -6,7 +6,7 @@ From hand-labelled people (`hand_labels`): how far each kind of joint lies from 
 photo (`proxemetry.people.keypoint_noise` has the law); by how much lengths between joints differ from the labelled ones
 for everybody (`scale`), and from person to person beyond what the noise of their ends explains (`common`). Errors have
 Student's tails, as the scene fit has them. Kinds of joint are taken together where the labels are few: all of the head,
-shoulders, hips, knees with ankles and what is below them. What annotators waver themselves is in it, so the rows are a
+shoulders, hips, knees with ankles and what is below them. The annotators' own scatter is in it, so the rows are a
 little too wide where scores are high.
 
 With --repeat the photos of a folder are shown in other ways (`consistency`), and a comment says which part of the law's
@@ -104,7 +104,7 @@ def _end_noise(name: str, law: NoiseLaw, scores: tuple[float, float], body_px: f
     variance = 0.0
     for joint, score in zip((one, other), scores, strict=True):
         kind, halved = {"neck": ("shoulder", 2), "mid_hip": ("hip", 2)}.get(joint, (joint, 1))
-        own = law.waver([kind], [max(score, 0.1)])[0] ** 2 + (law.floor_px / body_px) ** 2
+        own = law.score_noise([kind], [max(score, 0.1)])[0] ** 2 + (law.floor_px / body_px) ** 2
         variance += float(own) / halved
     return float(np.sqrt(variance))
 
@@ -120,9 +120,11 @@ def repeated(backend: PoseBackend, photos: Sequence[Path], law: NoiseLaw) -> flo
             again = other.in_photo()
             for row, column in same_people(people, again):
                 moved = (again.keypoints_px[column] - people.keypoints_px[row]) / statures[row]
-                waver = [law.waver(people.skeleton.joints, p.scores[r]) for p, r in ((people, row), (again, column))]
+                noise = [
+                    law.score_noise(people.skeleton.joints, p.scores[r]) for p, r in ((people, row), (again, column))
+                ]
                 floor = law.floor_px / statures[row]
-                units.append(np.abs(moved / np.hypot(*(np.hypot(w, floor) for w in waver))[:, None]).ravel())
+                units.append(np.abs(moved / np.hypot(*(np.hypot(w, floor) for w in noise))[:, None]).ravel())
     return float(np.nanmedian(np.concatenate(units)) / _MEDIAN_OF_NORMAL)
 
 

@@ -5,7 +5,7 @@ The law, per image axis and with `body_px` the apparent stature (see `apparent_s
     sd_px^2 = floor_px^2 + (definition[joint] * body_px)^2 + (spread[joint] * score^(-score_power) * body_px)^2
 
 floor_px is what a photo's own pixels cost, definition[joint] how far people differ on where the joint is, spread[joint]
-how much the detector's answer wavers at score 1, both as fractions of the stature, and score_power how that grows as
+how much the detector's answer varies at score 1, both as fractions of the stature, and score_power how that grows as
 it gets unsure. Besides, a back end may see lengths between joints longer or shorter than they are: everybody's alike
 (`scale`), and each person's by as much at all of their joints (`common`: a head that is seen too narrow is too narrow
 at both ears). The table `keypoint_noise.toml` holds the numbers with their origin;
@@ -68,10 +68,10 @@ class NoiseLaw:
         kind = kind_of(joint)
         definition = self.definition.get(kind, self.definition["other"])
         return np.hypot(
-            self.floor_px, np.hypot(definition, self.waver([joint], score)) * np.asarray(body_px, dtype=float)
+            self.floor_px, np.hypot(definition, self.score_noise([joint], score)) * np.asarray(body_px, dtype=float)
         )
 
-    def waver(self, joints: Sequence[str], scores: ArrayLike) -> FloatArray:
+    def score_noise(self, joints: Sequence[str], scores: ArrayLike) -> FloatArray:
         """Return how far the detector's answers for K joints stray from their own mean, in statures.
 
         scores: shape (..., K), as is the answer; NaN where a score is 0. One joint goes with scores of any shape.

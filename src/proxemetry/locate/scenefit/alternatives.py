@@ -1,7 +1,7 @@
-"""Other explanations of a person, each with the camera as everybody else's evidence would have it.
+"""Alternative explanations of a person, each with the camera that the other people's evidence supports.
 
-What the others say of the camera stands in as one Gaussian (the cavity of expectation propagation): with the camera
-held where the best explanation had put it, an alternative would look worse than it is.
+The other people's evidence about the camera is summed up as one Gaussian (the cavity distribution of expectation
+propagation). With the camera held where the best explanation put it, an alternative would look worse than it is.
 """
 
 from __future__ import annotations
@@ -12,17 +12,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...arrays import FloatArray
+from .evidence import Evidence
 from .projection import N_LOCAL, N_SHARED
-from .solver import Fit, Rows, bounded, eliminated, evaluate_rows, solved
+from .solver import Fit, HypothesisBatch, clip_step, evaluate_rows, schur_complement, solve_batch
 
 
 @dataclass(frozen=True, eq=False)
 class Explanations:
-    """R rows, each explained with the camera free to move as far as everybody else's evidence lets it.
+    """R rows, each explained with the camera free to move as far as the other people's evidence allows.
 
-    local: shape (R, N_LOCAL). shared: shape (R, N_SHARED), the camera that each row would have. hessian: shape (R,
-    N_LOCAL + N_SHARED, N_LOCAL + N_SHARED), the row's own part; precision: the same with everybody else's knowledge of
-    the camera. cost: shape (R,), the negative log posterior.
+    local: shape (R, N_LOCAL). shared: shape (R, N_SHARED), the camera of each explanation. hessian: shape (R,
+    N_LOCAL + N_SHARED, N_LOCAL + N_SHARED), the row's own part; precision: the same with the cavity's added. cost:
+    shape (R,), the negative log posterior.
     """
 
     local: FloatArray
@@ -33,64 +34,83 @@ class Explanations:
 
 
 @dataclass(frozen=True, eq=False)
-class Others:
-    """What everybody but one says of the camera, person by person: mean (P, N_SHARED), precision (P, S, S)."""
+class Explained:
+    """Everybody usable explained: what `posterior` turns into places.
+
+    usable: shape (P,), their rows among the people. rows: all that was tried, with their explanations and log weight,
+    shape (R,). first: shape (P,), the best row of each, whose joint fit is `fit`. on_floor: shape (P,).
+    """
+
+    usable: NDArray[np.intp]
+    evidence: Evidence
+    rows: HypothesisBatch
+    explanations: Explanations
+    weight: FloatArray
+    first: NDArray[np.intp]
+    fit: Fit
+    on_floor: NDArray[np.bool_]
+    mount_misfit: float
+
+
+@dataclass(frozen=True, eq=False)
+class Cavity:
+    """The camera as everybody but one person determines it, for each: mean (P, N_SHARED), precision (P, S, S)."""
 
     mean: FloatArray
     precision: FloatArray
 
-    def taken(self, index: NDArray[np.intp]) -> Others:
-        """Return them row by row."""
-        return Others(self.mean[index], self.precision[index])
+    def taken(self, index: NDArray[np.intp]) -> Cavity:
+        """Return the cavity of each row; index: shape (R,), the row's person."""
+        return Cavity(self.mean[index], self.precision[index])
 
 
-def others_of(fit: Fit) -> Others:
-    """Return what everybody else says of the camera, for each of the fit's rows: Gaussian, about the fit."""
-    _, own = eliminated(fit.normal)
+def leave_one_out(fit: Fit) -> Cavity:
+    """Return for each of the fit's rows the camera that the others determine: Gaussian, linearised at the fit."""
+    _, own = schur_complement(fit.normal)
     rest = own.sum(axis=0) - own + fit.shared_normal
     precision = rest[..., :-1]
-    return Others(fit.shared + solved(precision, rest[..., -1:])[..., 0], precision)
+    return Cavity(fit.shared + solve_batch(precision, rest[..., -1:])[..., 0], precision)
 
 
-def explained(fit: Fit, others: Others) -> Explanations:
-    """Return the fit's rows as explanations of their own, the camera being the fit's; `others` row by row."""
+def at_fit(fit: Fit, cavity: Cavity) -> Explanations:
+    """Return the fit's rows as explanations of their own, with the fit's camera; the cavity is row by row."""
     shared = np.broadcast_to(fit.shared, (len(fit.local), N_SHARED))
-    return _explanation(fit.local, shared, fit.normal, fit.row_cost, others)[0]
+    return _explanation(fit.local, shared, fit.normal, fit.row_cost, cavity)[0]
 
 
-def explain(rows: Rows, local: FloatArray, shared: FloatArray, others: Others, *, steps: int) -> Explanations:
+def refine(rows: HypothesisBatch, local: FloatArray, shared: FloatArray, cavity: Cavity, *, steps: int) -> Explanations:
     """Return rows' best explanations some steps from a start (R, N_LOCAL), (R, N_SHARED), each for itself.
 
-    `others` row by row.
+    The cavity is row by row.
     """
     normal, cost, _ = evaluate_rows(rows, local, shared)
-    here, pull = _explanation(local, shared, normal, cost, others)
+    here, pull = _explanation(local, shared, normal, cost, cavity)
     best = here
     for _ in range(steps):
         gradient = normal[..., -1:].copy()
         gradient[:, N_LOCAL:, 0] += pull
-        step = solved(here.precision, gradient)[..., 0]
-        local_step, shared_step = bounded(step[:, :N_LOCAL], step[:, N_LOCAL:])
+        step = solve_batch(here.precision, gradient)[..., 0]
+        local_step, shared_step = clip_step(step[:, :N_LOCAL], step[:, N_LOCAL:])
         local, shared = local + local_step, shared + shared_step
         normal, cost, _ = evaluate_rows(rows, local, shared)
-        here, pull = _explanation(local, shared, normal, cost, others)
+        here, pull = _explanation(local, shared, normal, cost, cavity)
         best = _better(best, here)
     return best
 
 
 def _explanation(
-    local: FloatArray, shared: FloatArray, normal: FloatArray, cost: FloatArray, others: Others
+    local: FloatArray, shared: FloatArray, normal: FloatArray, cost: FloatArray, cavity: Cavity
 ) -> tuple[Explanations, FloatArray]:
-    """Return rows with what the others know of the camera, and how that pulls at it (R, N_SHARED)."""
-    off = others.mean - shared
-    pull = (others.precision @ off[..., None])[..., 0]
+    """Return rows with the cavity's information on the camera, and its gradient (R, N_SHARED)."""
+    off = cavity.mean - shared
+    pull = (cavity.precision @ off[..., None])[..., 0]
     hessian = normal[..., :-1]
     precision = hessian.copy()
-    precision[:, N_LOCAL:, N_LOCAL:] += others.precision
+    precision[:, N_LOCAL:, N_LOCAL:] += cavity.precision
     return Explanations(local, shared, hessian, precision, cost + 0.5 * (off * pull).sum(axis=1)), pull
 
 
-def joined(own: NDArray[np.intp], a: Explanations, others: NDArray[np.intp], b: Explanations) -> Explanations:
+def interleaved(own: NDArray[np.intp], a: Explanations, others: NDArray[np.intp], b: Explanations) -> Explanations:
     """Return explanations `a` at the rows `own` and `b` at the rows `others`."""
     order = np.argsort(np.concatenate([own, others]))
     return Explanations(*(

@@ -6,7 +6,7 @@ import numpy as np
 
 from ...arrays import FloatArray
 from .projection import N_SHARED
-from .solver import Fit, SharedPrior, eliminated, solved
+from .solver import Fit, SharedPrior, schur_complement, solve_batch
 
 #: What is known of pitch, roll, log height, log focal length and principal point (in focal lengths) of a camera that
 #: may be anywhere: so wide that it decides nothing, and the people's own equations stay solvable.
@@ -25,9 +25,9 @@ def misfit(fit: Fit, prior: SharedPrior) -> float:
     _, normal = alone.cost(fit.shared)
     # what pulls back to the place from where nothing is known is not the people's
     normal[which, -1] = 0.0
-    _, reduced = eliminated(fit.normal)
+    _, reduced = schur_complement(fit.normal)
     normal += reduced.sum(axis=0)
-    own = solved(normal[:, :-1], np.column_stack([normal[:, -1], np.eye(N_SHARED)]))
+    own = solve_batch(normal[:, :-1], np.column_stack([normal[:, -1], np.eye(N_SHARED)]))
     apart = (fit.shared + own[:, 0])[which] - prior.place.mean
     covariance = own[:, 1:][np.ix_(which, which)] + prior.place.covariance
-    return float(np.sqrt(apart @ solved(covariance, apart) / len(which)))
+    return float(np.sqrt(apart @ solve_batch(covariance, apart) / len(which)))

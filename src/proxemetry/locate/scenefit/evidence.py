@@ -36,7 +36,7 @@ class Evidence:
 
     points: FloatArray
     seen: NDArray[np.bool_]
-    waver: FloatArray
+    score_noise: FloatArray
     resolution: float
     heading_rad: FloatArray
     heading_sd_rad: FloatArray
@@ -57,7 +57,7 @@ def evidence_of(people: People, camera: Camera, model: BodyModel) -> Evidence:
     return Evidence(
         points=np.where(seen[..., None], points, 0.0),
         seen=seen,
-        waver=np.nan_to_num(law.waver(joints, scores)),
+        score_noise=np.nan_to_num(law.score_noise(joints, scores)),
         resolution=max(_RESOLUTION * diagonal, law.floor_px) / camera.f_px,
         heading_rad=people.heading_rad - _azimuth(points, seen),
         heading_sd_rad=people.heading_sd_rad,

@@ -7,7 +7,7 @@ of floor and focal length included.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,20 +17,28 @@ from ...bodies import MOST_MISFIT, Bodies
 from ...camera import Camera, Mount
 from ...people import People
 from .. import LocateSettings
-from .alternatives import Explanations, explain, explained, joined, others_of
+from .alternatives import Explained, Explanations, at_fit, interleaved, leave_one_out, refine
 from .body_model import BodyModel, body_model
 from .contradiction import misfit
 from .evidence import Evidence, evidence_of
-from .hypotheses import Guesses, body_types, guesses_of, keypoint_precision, log_evidence, rows_of, scaled_to_group
+from .hypotheses import (
+    Hypotheses,
+    batch_of,
+    body_types,
+    hypotheses_of,
+    keypoint_precision,
+    log_evidence,
+    scaled_to_group,
+)
 from .posterior import placed_people
 from .projection import DEPTH, FOCAL, HEIGHT, LOG_LENGTHS, N_SHARED, PITCH, PRINCIPAL, ROLL
-from .solver import Fit, Place, Rows, SharedPrior, approach, solve
-from .start import look
+from .solver import Fit, HypothesisBatch, Place, SharedPrior, gauss_newton_step, solve
+from .start import initialise
 
 #: How even floors are, as a standard deviation of where the soles are: metres, and per metre of distance, since ground
 #: slopes and streets are cambered; the tails are heavy (kerbs, steps).
 FLOOR_SD_M, FLOOR_SLOPE_SD = 0.04, 0.003
-#: Hand-held and mounted cameras: what is known of pitch, roll and height above the floor beforehand; tails are heavy.
+#: Hand-held and mounted cameras: the prior of pitch, roll and height above the floor; tails are heavy.
 PITCH_SD_RAD = np.deg2rad(7.0)
 ROLL_SD_RAD = np.deg2rad(1.2)
 TYPICAL_HEIGHT_M, HEIGHT_LOG_SD = 1.55, 0.30
@@ -54,32 +62,10 @@ def locate(people: People, camera: Camera, settings: LocateSettings, mount: Moun
     joints come back as NaN with a reason.
     """
     model = body_model(people.skeleton)
-    told = explained_people(people, camera, shared_prior(camera, mount), settings, model)
-    if told is None:
+    explained = explained_people(people, camera, shared_prior(camera, mount), settings, model)
+    if explained is None:
         return Bodies.unplaced(len(people), "scene", _REASON)
-    placed = placed_people(
-        told.rows, told.explanations, told.weight, told.first, told.fit, told.evidence, model, told.on_floor
-    )
-    return replace(placed, mount_misfit=told.mount_misfit).bodies(len(people), told.usable, _REASON)
-
-
-@dataclass(frozen=True, eq=False)
-class Explained:
-    """Everybody usable explained, before it is made into places.
-
-    usable: shape (P,), their rows among the people. rows: all that was tried, with their explanations and log weight,
-    shape (R,). first: shape (P,), the best row of each, whose joint fit is `fit`. on_floor: shape (P,).
-    """
-
-    usable: NDArray[np.intp]
-    evidence: Evidence
-    rows: Rows
-    explanations: Explanations
-    weight: FloatArray
-    first: NDArray[np.intp]
-    fit: Fit
-    on_floor: NDArray[np.bool_]
-    mount_misfit: float
+    return placed_people(explained, model).bodies(len(people), explained.usable, _REASON)
 
 
 def explained_people(
@@ -101,7 +87,7 @@ def _measurable(evidence: Evidence) -> NDArray[np.bool_]:
 
 def _taken(evidence: Evidence, index: NDArray[np.intp]) -> Evidence:
     return Evidence(
-        evidence.points[index], evidence.seen[index], evidence.waver[index], evidence.resolution,
+        evidence.points[index], evidence.seen[index], evidence.score_noise[index], evidence.resolution,
         evidence.heading_rad[index], evidence.heading_sd_rad[index], evidence.lengths,
     )  # fmt: skip
 
@@ -137,21 +123,21 @@ def _fit(
     types = [body_types(sizes[row] or settings.body_size, settings.child_weight, evidence.lengths) for row in usable]
     on_floor = np.array([settings.floor == "shared" and row not in settings.off_floor for row in usable])
     floor_sd = np.where(on_floor, FLOOR_SD_M, np.inf)
-    start = look(evidence, np.exp([t[0].mean for t in types]), prior, model, on_floor.astype(float))
-    guesses, first = guesses_of(start, types, model)
-    scale = _scale(guesses.local[first])
-    rows = rows_of(guesses, evidence, types, floor_sd, model, scale)
+    start = initialise(evidence, np.exp([t[0].mean for t in types]), prior, model, on_floor.astype(float))
+    hypotheses, first = hypotheses_of(start, types, model)
+    scale = _scale(hypotheses.local[first])
+    rows = batch_of(hypotheses, evidence, types, floor_sd, model, scale)
 
-    # two steps on a looser floor first: people whom the coarse look put off it still find it
-    tried = np.flatnonzero(guesses.group == 0)
+    # two steps on a looser floor first: people whom the coarse search put off it still find it
+    tried = np.flatnonzero(hypotheses.group == 0)
     loose, leading = rows.taken(tried).with_floor(_LOOSE), np.searchsorted(tried, first)
-    near = approach(loose, guesses.local[tried], start.shared, prior, leading)
-    near = approach(loose, near.local, near.shared, prior, leading)
-    guesses = scaled_to_group(guesses.with_local(tried, near.local), first)
-    rough = guesses.log_prior[tried] - near.row_cost
+    near = gauss_newton_step(loose, hypotheses.local[tried], start.shared, prior, leading)
+    near = gauss_newton_step(loose, near.local, near.shared, prior, leading)
+    hypotheses = scaled_to_group(hypotheses.with_local(tried, near.local), first)
+    rough = hypotheses.log_prior[tried] - near.row_cost
     best = _best_rows(loose.person, rough)
     first = tried[np.where(rough[best] > rough[leading] + _LIKELIER, best, leading)]
-    local = guesses.local[first]
+    local = hypotheses.local[first]
     # what is known of size and depth now tells how noisy keypoints and floor are
     rows = rows.with_precision(keypoint_precision(evidence, model, _scale(local))[rows.person])
     uneven = np.hypot(FLOOR_SD_M, FLOOR_SLOPE_SD * np.exp(local[:, DEPTH]))
@@ -162,30 +148,32 @@ def _fit(
         prior = replace(prior, place=prior.place.widened(off))
         fit = solve(rows.taken(first), fit.local, fit.shared, prior, iterations=_MOST_ITERATIONS)
     for _ in range(2):
-        explanations, weight = _weigh(rows, first, guesses, fit)
+        explanations, weight = _weigh(rows, first, hypotheses, fit)
         best = _best_rows(rows.person, weight)
         if (best == first).all():
             break
         first = best
         fit = solve(rows.taken(first), explanations.local[first], fit.shared, prior, iterations=_MOST_AGAIN)
-        guesses = replace(guesses, local=explanations.local)
+        hypotheses = replace(hypotheses, local=explanations.local)
     else:
-        explanations, weight = _weigh(rows, first, guesses, fit)
+        explanations, weight = _weigh(rows, first, hypotheses, fit)
     return Explained(usable, evidence, rows, explanations, weight, first, fit, on_floor, off)
 
 
-def _weigh(rows: Rows, first: NDArray[np.intp], guesses: Guesses, fit: Fit) -> tuple[Explanations, FloatArray]:
+def _weigh(
+    rows: HypothesisBatch, first: NDArray[np.intp], hypotheses: Hypotheses, fit: Fit
+) -> tuple[Explanations, FloatArray]:
     """Explain every row with the camera as everybody else would have it; return also the log weight of each."""
-    others = others_of(fit)
+    cavity = leave_one_out(fit)
     following = np.ones(len(rows), dtype=bool)
     following[first] = False
     rest = np.flatnonzero(following)
-    explanations = best = explained(fit, others)
+    explanations = best = at_fit(fit, cavity)
     if len(rest):
-        begin, elsewhere = np.tile(fit.shared, (len(rest), 1)), others.taken(rows.person[rest])
-        refined = explain(rows.taken(rest), guesses.local[rest], begin, elsewhere, steps=_ALTERNATIVE_STEPS)
-        explanations = joined(first, best, rest, refined)
-    return explanations, log_evidence(explanations, rows, guesses.log_prior)
+        begin, rest_cavity = np.tile(fit.shared, (len(rest), 1)), cavity.taken(rows.person[rest])
+        refined = refine(rows.taken(rest), hypotheses.local[rest], begin, rest_cavity, steps=_ALTERNATIVE_STEPS)
+        explanations = interleaved(first, best, rest, refined)
+    return explanations, log_evidence(explanations, rows, hypotheses.log_prior)
 
 
 def _best_rows(person: NDArray[np.intp], weight: FloatArray) -> NDArray[np.intp]:

@@ -19,7 +19,7 @@ from .body_model import BodyModel
 from .body_tables import POSTURE_WEIGHTS
 from .evidence import Evidence, SeenLengths
 from .projection import DEPTH, HEADING, LOG_LENGTHS, N_LOCAL, POINT, POSTURE, TURN, BodyTables
-from .solver import Rows
+from .solver import HypothesisBatch
 from .start import HEADINGS, Start
 
 #: An alternative this much worse than the best at the start (negative log posterior) is not pursued.
@@ -34,7 +34,7 @@ _DEPTH_PRIOR = (np.log(6.0), 1.2)
 
 
 @dataclass(frozen=True, eq=False)
-class Guesses:
+class Hypotheses:
     """R rows to try: whose, the posture, which group of bodies, the log prior weight; and a start each.
 
     group: shape (R,), an index into the `body_types` of that person's body size; mean: shape (R, L), that group's log
@@ -48,7 +48,7 @@ class Guesses:
     log_prior: FloatArray
     local: FloatArray
 
-    def with_local(self, rows: NDArray[np.intp], local: FloatArray) -> Guesses:
+    def with_local(self, rows: NDArray[np.intp], local: FloatArray) -> Hypotheses:
         """Return the same with other starts for some rows."""
         starts = self.local.copy()
         starts[rows] = local
@@ -90,7 +90,9 @@ def _body_type(groups: tuple[Population, ...], seen: SeenLengths) -> Bodytype:
     return Bodytype(sum(g.weight for g in groups), mean, precision, float(np.linalg.slogdet(precision)[1]))
 
 
-def guesses_of(start: Start, types: list[tuple[Bodytype, ...]], model: BodyModel) -> tuple[Guesses, NDArray[np.intp]]:
+def hypotheses_of(
+    start: Start, types: list[tuple[Bodytype, ...]], model: BodyModel
+) -> tuple[Hypotheses, NDArray[np.intp]]:
     """Return every row worth trying, best first for each person, and the row of each person's best."""
     chosen, first = _ranked(start.cost, [len(groups) for groups in types])
     table = np.array(chosen, dtype=np.intp).reshape(-1, 4)
@@ -105,18 +107,18 @@ def guesses_of(start: Start, types: list[tuple[Bodytype, ...]], model: BodyModel
     local[:, LOG_LENGTHS] = mean
     local[:, POSTURE] = model.prior_mean[posture]
     log_prior = np.log(weight * np.array(POSTURE_WEIGHTS)[posture])
-    return Guesses(person, posture, group, mean, log_prior, local), np.array(first, dtype=np.intp)
+    return Hypotheses(person, posture, group, mean, log_prior, local), np.array(first, dtype=np.intp)
 
 
-def scaled_to_group(guesses: Guesses, first: NDArray[np.intp]) -> Guesses:
+def scaled_to_group(hypotheses: Hypotheses, first: NDArray[np.intp]) -> Hypotheses:
     """Return every row of another group of bodies starting from its person's first row, made as large as its group."""
-    rows = np.flatnonzero(guesses.group > 0)
-    alike = first[guesses.person[rows]]
-    larger = guesses.mean[rows] - guesses.mean[alike]
-    local = guesses.local[alike]
+    rows = np.flatnonzero(hypotheses.group > 0)
+    alike = first[hypotheses.person[rows]]
+    larger = hypotheses.mean[rows] - hypotheses.mean[alike]
+    local = hypotheses.local[alike]
     local[:, LOG_LENGTHS] += larger
     local[:, DEPTH] += larger[:, 0]
-    return guesses.with_local(rows, local)
+    return hypotheses.with_local(rows, local)
 
 
 def _ranked(cost: FloatArray, groups: list[int]) -> tuple[list[tuple[int, int, int, int]], list[int]]:
@@ -152,18 +154,18 @@ def _other_headings(cost: FloatArray, best: NDArray[np.intp]) -> tuple[NDArray[n
     return left.argmin(axis=1), left.min(axis=1)
 
 
-def rows_of(
-    guesses: Guesses, evidence: Evidence, types: list[tuple[Bodytype, ...]], floor_sd: FloatArray, model: BodyModel,
-    scale: FloatArray,
-) -> Rows:  # fmt: skip
+def batch_of(
+    hypotheses: Hypotheses, evidence: Evidence, types: list[tuple[Bodytype, ...]], floor_sd: FloatArray,
+    model: BodyModel, scale: FloatArray,
+) -> HypothesisBatch:  # fmt: skip
     """Return the solver's rows; scale (P,) is each person's stature over depth, for the noise."""
-    person = guesses.person
-    mean, precision, log_volume = _priors(guesses, evidence, types, model)
-    return Rows(
+    person = hypotheses.person
+    mean, precision, log_volume = _priors(hypotheses, evidence, types, model)
+    return HypothesisBatch(
         person=person,
         points=evidence.points[person].transpose(0, 2, 1),
         precision=keypoint_precision(evidence, model, scale)[person],
-        bodies=BodyTables.of(model, guesses.posture),
+        bodies=BodyTables.of(model, hypotheses.posture),
         prior_mean=mean,
         prior_precision=precision,
         prior_log_volume=log_volume,
@@ -172,10 +174,10 @@ def rows_of(
 
 
 def _priors(
-    guesses: Guesses, evidence: Evidence, types: list[tuple[Bodytype, ...]], model: BodyModel
+    hypotheses: Hypotheses, evidence: Evidence, types: list[tuple[Bodytype, ...]], model: BodyModel
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return what is known of each row's unknowns: mean, precision and the precision's log determinant."""
-    types_of = [types[p][g] for p, g in zip(guesses.person, guesses.group, strict=True)]
+    types_of = [types[p][g] for p, g in zip(hypotheses.person, hypotheses.group, strict=True)]
     known = np.isfinite(evidence.heading_rad) & (evidence.heading_sd_rad > 0)
     heading = np.where(known, evidence.heading_rad, 0.0)
     heading_sd = np.where(known, np.maximum(evidence.heading_sd_rad, 0.05), np.inf)
@@ -183,13 +185,16 @@ def _priors(
     diagonal = np.full((len(types_of), N_LOCAL), 1e-4)  # of place nothing is known, but the equations stay solvable
     mean[:, DEPTH], diagonal[:, DEPTH] = _DEPTH_PRIOR[0], _DEPTH_PRIOR[1] ** -2
     # headings are alike by whole turns: the one nearest to where the search begins
-    off = heading[guesses.person] - guesses.local[:, HEADING]
-    mean[:, HEADING] = guesses.local[:, HEADING] + off - 2 * np.pi * np.rint(off / (2 * np.pi))
-    diagonal[:, HEADING] = heading_sd[guesses.person] ** -2 + 1e-4
+    off = heading[hypotheses.person] - hypotheses.local[:, HEADING]
+    mean[:, HEADING] = hypotheses.local[:, HEADING] + off - 2 * np.pi * np.rint(off / (2 * np.pi))
+    diagonal[:, HEADING] = heading_sd[hypotheses.person] ** -2 + 1e-4
     diagonal[:, TURN] = _TURN_SD**-2
-    mean[:, POSTURE], diagonal[:, POSTURE] = model.prior_mean[guesses.posture], model.prior_sd[guesses.posture] ** -2
+    mean[:, POSTURE], diagonal[:, POSTURE] = (
+        model.prior_mean[hypotheses.posture],
+        model.prior_sd[hypotheses.posture] ** -2,
+    )
     precision = diagonal[:, :, None] * np.eye(N_LOCAL)
-    mean[:, LOG_LENGTHS] = guesses.mean
+    mean[:, LOG_LENGTHS] = hypotheses.mean
     precision[:, LOG_LENGTHS, LOG_LENGTHS] = [body.precision for body in types_of]
     volume = np.array([body.log_volume for body in types_of]) + np.log(diagonal[:, POSTURE]).sum(axis=1)
     return mean, precision, volume
@@ -198,11 +203,11 @@ def _priors(
 def keypoint_precision(evidence: Evidence, model: BodyModel, scale: FloatArray) -> FloatArray:
     """Return one over the noise of every keypoint (P, K), 0 where unseen: a share of the body's size, never below what
     a detector resolves."""
-    sd = np.hypot(np.hypot(model.spread, evidence.waver) * scale[:, None], evidence.resolution)
+    sd = np.hypot(np.hypot(model.spread, evidence.score_noise) * scale[:, None], evidence.resolution)
     return evidence.seen / sd
 
 
-def log_evidence(explanations: Explanations, rows: Rows, log_prior: FloatArray) -> FloatArray:
+def log_evidence(explanations: Explanations, rows: HypothesisBatch, log_prior: FloatArray) -> FloatArray:
     """Return the log of each row's posterior weight (R,), up to a constant of its person (Laplace)."""
     _, volume = np.linalg.slogdet(explanations.precision)
     return log_prior - explanations.cost + 0.5 * (rows.prior_log_volume - volume)

@@ -19,7 +19,7 @@ from .. import LocateSettings
 from .body_model import BodyModel, body_model
 from .fit import explained_people, shared_prior
 from .projection import LOG_LENGTHS, N_LOCAL, N_SHARED
-from .solver import Rows, SharedPrior, bounded, evaluate_rows, solved
+from .solver import HypothesisBatch, SharedPrior, clip_step, evaluate_rows, solve_batch
 
 #: How far a detector's idea of a joint may be from the body model's, of all people alike, in statures: as far as two
 #: networks' ideas of one are apart (`body_tables.DEFINITIONS`, and how ears, hips and shoulders were found to differ).
@@ -50,7 +50,7 @@ class Pooled:
 
 @dataclass(frozen=True, eq=False)
 class _Bodies:
-    """What is known of each person's log lengths beforehand: shape (T, L) and (T, L, L)."""
+    """The prior of each person's log lengths: mean and precision, shape (T, L) and (T, L, L)."""
 
     mean: FloatArray
     precision: FloatArray
@@ -63,10 +63,10 @@ def pooled(people: People, camera: Camera, persons: NDArray[np.intp], settings: 
     """
     model = body_model(people.skeleton)
     prior = shared_prior(camera)
-    told = explained_people(people, camera, prior, settings, model)
-    if told is None:
+    explained = explained_people(people, camera, prior, settings, model)
+    if explained is None:
         return None
-    rows, local, usable = told.rows.taken(told.first), told.fit.local, told.usable
+    rows, local, usable = explained.rows.taken(explained.first), explained.fit.local, explained.usable
     names, owner = np.unique(persons[usable], return_inverse=True)
     count, own = len(names), slice(LOG_LENGTHS.start, LOG_LENGTHS.stop)
     bodies = _bodies(rows, owner, count)
@@ -74,15 +74,15 @@ def pooled(people: People, camera: Camera, persons: NDArray[np.intp], settings: 
     free[:, own, :] = free[:, :, own] = 0.0
     rows = replace(rows, prior_precision=free)
     lengths = _mean_of(local[:, own], owner, count)
-    local, lengths, shared = _solve(rows, owner, bodies, local, lengths, told.fit.shared, prior)
+    local, lengths, shared = _solve(rows, owner, bodies, local, lengths, explained.fit.shared, prior)
     top, _ = _reduced(rows, owner, bodies, local, lengths, shared)
-    _, beforehand = prior.cost(shared)
-    inverse = np.asarray(np.linalg.inv(top[:, :-1] + beforehand[:, :-1]), dtype=float)
+    _, prior_equations = prior.cost(shared)
+    inverse = np.asarray(np.linalg.inv(top[:, :-1] + prior_equations[:, :-1]), dtype=float)
     habits = _habits(rows, owner, bodies, local, lengths, shared, inverse, model)
     return Pooled(camera, shared, inverse + habits, habits, count, len(usable))
 
 
-def _bodies(rows: Rows, owner: NDArray[np.intp], count: int) -> _Bodies:
+def _bodies(rows: HypothesisBatch, owner: NDArray[np.intp], count: int) -> _Bodies:
     """Return each person's prior: that of the kind of body, grown-up or child, that most of their rows look like."""
     own = slice(LOG_LENGTHS.start, LOG_LENGTHS.stop)
     statures = rows.prior_mean[:, LOG_LENGTHS.start]
@@ -101,24 +101,24 @@ def _mean_of(values: FloatArray, owner: NDArray[np.intp], count: int) -> FloatAr
 
 
 def _solve(
-    rows: Rows, owner: NDArray[np.intp], bodies: _Bodies, local: FloatArray, lengths: FloatArray, shared: FloatArray,
-    prior: SharedPrior,
+    rows: HypothesisBatch, owner: NDArray[np.intp], bodies: _Bodies, local: FloatArray, lengths: FloatArray,
+    shared: FloatArray, prior: SharedPrior,
 ) -> tuple[FloatArray, FloatArray, FloatArray]:  # fmt: skip
     """Return the best local unknowns, lengths and camera, everybody's rows with one body."""
     for _ in range(_ITERATIONS):
         local = local.copy()
         local[:, LOG_LENGTHS] = lengths[owner]
         top, back = _reduced(rows, owner, bodies, local, lengths, shared)
-        _, beforehand = prior.cost(shared)
-        total = top + beforehand
-        step = solved(total[:, :-1], total[:, -1])
-        _, step = bounded(np.zeros((1, N_LOCAL)), step)
+        _, prior_equations = prior.cost(shared)
+        total = top + prior_equations
+        step = solve_batch(total[:, :-1], total[:, -1])
+        _, step = clip_step(np.zeros((1, N_LOCAL)), step)
         longer = back.person[..., -1] - back.person[..., :-1] @ step
         above = np.concatenate([longer[owner], np.broadcast_to(step, (len(owner), N_SHARED))], axis=1)
         move = back.row[..., -1] - (back.row[..., :-1] @ above[..., None])[..., 0]
         moved = np.zeros_like(local)
         moved[:, _OWN] = move
-        moved, _ = bounded(moved, step)
+        moved, _ = clip_step(moved, step)
         local, shared = local + moved, shared + step
         lengths = lengths + np.clip(longer, -0.1, 0.1)
         if np.abs(step).max() < _SETTLED and np.abs(longer).max() < 10 * _SETTLED:
@@ -137,8 +137,8 @@ class _Back:
 
 
 def _reduced(
-    rows: Rows, owner: NDArray[np.intp], bodies: _Bodies, local: FloatArray, lengths: FloatArray, shared: FloatArray,
-    normal: FloatArray | None = None,
+    rows: HypothesisBatch, owner: NDArray[np.intp], bodies: _Bodies, local: FloatArray, lengths: FloatArray,
+    shared: FloatArray, normal: FloatArray | None = None,
 ) -> tuple[FloatArray, _Back]:  # fmt: skip
     """Return what all rows say of the camera, hessian and gradient (N_SHARED, N_SHARED + 1), and the way back.
 
@@ -148,20 +148,20 @@ def _reduced(
     if normal is None:
         normal, _, _ = evaluate_rows(rows, local, shared)
         pull = (bodies.precision @ (bodies.mean - lengths)[..., None])[..., 0]
-    by_row = solved(normal[:, _OWN[:, None], _OWN], normal[:, _OWN[:, None], _ABOVE])
+    by_row = solve_batch(normal[:, _OWN[:, None], _OWN], normal[:, _OWN[:, None], _ABOVE])
     left = normal[:, _ABOVE[:-1, None], _ABOVE] - normal[:, _ABOVE[:-1, None], _OWN] @ by_row
     person = np.zeros((len(lengths), *left.shape[1:]))
     np.add.at(person, owner, left)
     person[:, _B, _B] += bodies.precision
     person[:, _B, -1] += pull
-    by_person = solved(person[:, _B, _B], person[:, _B, _N_LENGTHS:])
+    by_person = solve_batch(person[:, _B, _B], person[:, _B, _N_LENGTHS:])
     top = (person[:, _C, _N_LENGTHS:] - person[:, _C, _B] @ by_person).sum(axis=0)
     return top, _Back(by_row, by_person)
 
 
 def _habits(
-    rows: Rows, owner: NDArray[np.intp], bodies: _Bodies, local: FloatArray, lengths: FloatArray, shared: FloatArray,
-    inverse: FloatArray, model: BodyModel,
+    rows: HypothesisBatch, owner: NDArray[np.intp], bodies: _Bodies, local: FloatArray, lengths: FloatArray,
+    shared: FloatArray, inverse: FloatArray, model: BodyModel,
 ) -> FloatArray:  # fmt: skip
     """Return the covariance (N_SHARED, N_SHARED) of a detector's habits: each kind of joint seen too high or low."""
     normal, _, _ = evaluate_rows(rows, local, shared)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ...arrays import FloatArray
 from ...bodies import Bodies, Floor, Mode
-from .alternatives import Explanations
+from .alternatives import Explained, Explanations
 from .body_model import BodyModel
 from .evidence import Evidence
 from .projection import (
@@ -26,7 +26,7 @@ from .projection import (
     torso_jacobian,
     torso_position,
 )  # fmt: skip
-from .solver import Fit, Rows, solved
+from .solver import Fit, HypothesisBatch, solve_batch
 
 #: An explanation less likely than this is not reported.
 _LEAST_WEIGHT = 0.03
@@ -102,15 +102,13 @@ class Placed:
         )  # fmt: skip
 
 
-def placed_people(
-    rows: Rows, explanations: Explanations, log_weight: FloatArray, first: NDArray[np.intp], fit: Fit,
-    evidence: Evidence, model: BodyModel, on_floor: NDArray[np.bool_],
-) -> Placed:  # fmt: skip
+def placed_people(explained: Explained, model: BodyModel) -> Placed:
     """Return everybody's place from the joint fit of their best rows and the alternatives' weights."""
-    weights = _normalised(rows.person, log_weight, len(first))
+    rows, explanations, first, fit = explained.rows, explained.explanations, explained.first, explained.fit
+    weights = _normalised(rows.person, explained.weight, len(first))
     local_sd, covariance, shared_covariance = _covariance(fit)
     choices = _ambiguous(rows, explanations, weights, first)
-    shift = _folded(rows, explanations, weights, first, choices)
+    shift = _merged_spread(rows, explanations, weights, first, choices)
     blocks = np.arange(3 * len(first)).reshape(-1, 3)
     covariance[blocks[:, :, None], blocks[:, None, :]] += shift
     heading, heading_sd = _headings(rows, explanations, weights, local_sd, fit, len(first))
@@ -118,14 +116,15 @@ def placed_people(
     return Placed(
         positions_m=torso_position(fit.local, fit.shared),
         covariance_m2=covariance,
-        basis=_basis(evidence, fit, model, on_floor),
+        basis=_basis(explained.evidence, fit, model, explained.on_floor),
         up=-camera_axes(fit.shared[None, PITCH : ROLL + 1])[0, :, 1],
         heading_rad=heading,
         heading_sd_rad=heading_sd,
         stature_m=stature,
         stature_sd_m=stature * local_sd[:, _STATURE],
-        floor=_floor(fit, shared_covariance) if on_floor.any() else None,
+        floor=_floor(fit, shared_covariance) if explained.on_floor.any() else None,
         modes=_modes(choices, explanations, weights, first, fit),
+        mount_misfit=explained.mount_misfit,
     )
 
 
@@ -157,7 +156,7 @@ def _covariance(fit: Fit) -> tuple[FloatArray, FloatArray, FloatArray]:
 
 
 def _ambiguous(
-    rows: Rows, explanations: Explanations, weights: FloatArray, first: NDArray[np.intp]
+    rows: HypothesisBatch, explanations: Explanations, weights: FloatArray, first: NDArray[np.intp]
 ) -> dict[int, list[int]]:  # fmt: skip
     """Return the people whose explanations stay apart: person -> its rows, the best first. The likeliest few only.
 
@@ -169,7 +168,7 @@ def _ambiguous(
     apart = np.abs(explanations.local[likely, DEPTH] - explanations.local[best, DEPTH])
     unit = np.zeros((N_LOCAL + N_SHARED, 1))
     unit[DEPTH] = 1.0
-    variance = solved(explanations.precision[np.concatenate([likely, best])], unit)[:, DEPTH, 0]
+    variance = solve_batch(explanations.precision[np.concatenate([likely, best])], unit)[:, DEPTH, 0]
     far = likely[apart > _APART * np.sqrt(variance.reshape(2, -1).max(axis=0))]
     choices: dict[int, list[int]] = {}
     for row in far[np.argsort(-weights[far], kind="stable")]:
@@ -179,8 +178,8 @@ def _ambiguous(
     return choices
 
 
-def _folded(
-    rows: Rows, explanations: Explanations, weights: FloatArray, first: NDArray[np.intp],
+def _merged_spread(
+    rows: HypothesisBatch, explanations: Explanations, weights: FloatArray, first: NDArray[np.intp],
     choices: dict[int, list[int]],
 ) -> FloatArray:  # fmt: skip
     """Return what the explanations that are no modes of their own add to each person's covariance (P, 3, 3)."""
@@ -216,8 +215,8 @@ def _modes(
             rest = shift - (explanations.shared[row] - fit.shared)
             local[person] = explanations.local[row] - _by_shared(explanations.hessian[row]) @ rest
             normal[person, :, :-1] = explanations.hessian[row]
-        explained = replace(fit, local=local, shared=fit.shared + shift, normal=normal)
-        modes.append(Mode(weight, torso_position(local, explained.shared), _covariance(explained)[1]))
+        mode = replace(fit, local=local, shared=fit.shared + shift, normal=normal)
+        modes.append(Mode(weight, torso_position(local, mode.shared), _covariance(mode)[1]))
     total = sum(m.weight for m in modes)
     modes = [Mode(m.weight / total, m.positions_m, m.covariance_m2) for m in modes]
     return tuple(sorted(modes, key=lambda m: -m.weight))
@@ -225,11 +224,11 @@ def _modes(
 
 def _by_shared(hessian: FloatArray) -> FloatArray:
     """Return how the local unknowns follow the shared ones, own^-1 cross, shape (..., N_LOCAL, N_SHARED)."""
-    return solved(hessian[..., :N_LOCAL, :N_LOCAL], hessian[..., :N_LOCAL, N_LOCAL:])
+    return solve_batch(hessian[..., :N_LOCAL, :N_LOCAL], hessian[..., :N_LOCAL, N_LOCAL:])
 
 
 def _headings(
-    rows: Rows, explanations: Explanations, weights: FloatArray, local_sd: FloatArray, fit: Fit, count: int
+    rows: HypothesisBatch, explanations: Explanations, weights: FloatArray, local_sd: FloatArray, fit: Fit, count: int
 ) -> tuple[FloatArray, FloatArray]:
     """Return the heading of the best explanation, and the spread of all about it, radians (P,)."""
     heading = np.angle(np.exp(1j * fit.local[:, HEADING]))

@@ -2,7 +2,7 @@
 
 The normal equations are an arrow: each row has its own unknowns and all share the camera's, so a step costs one small
 solve a row and one for the shared (Schur complement): linear in people. Keypoints have Student-t noise, as do the
-floor's distance and what is known of the camera beforehand: an outlier loses its pull instead of moving the rest.
+floor's distance and the camera's prior: an outlier loses its pull instead of moving the rest.
 """
 
 from __future__ import annotations
@@ -32,12 +32,12 @@ _FACING = slice(HEADING, TURN + 1)
 
 
 @dataclass(frozen=True, eq=False)
-class Rows:
+class HypothesisBatch:
     """R rows to be explained, a person under a hypothesis each.
 
     person: shape (R,). points (R, 2, K), precision (R, K), one over the standard deviation and 0 where unseen: the
     evidence. bodies: the tables of each row's posture. prior_mean (R, N_LOCAL), prior_precision (R, N_LOCAL, N_LOCAL):
-    what is known of each body beforehand; prior_log_volume (R,): the log determinant of that precision.
+    the prior of each body; prior_log_volume (R,): the log determinant of that precision.
     floor_precision: shape (R,), one over the standard deviation of soles about the floor, 0 for rows off it.
     """
 
@@ -53,19 +53,19 @@ class Rows:
     def __len__(self) -> int:
         return len(self.person)
 
-    def taken(self, index: NDArray[np.intp]) -> Rows:
+    def taken(self, index: NDArray[np.intp]) -> HypothesisBatch:
         """Return some of the rows."""
-        return Rows(
+        return HypothesisBatch(
             self.person[index], self.points[index], self.precision[index], self.bodies.taken(index),
             self.prior_mean[index], self.prior_precision[index], self.prior_log_volume[index],
             self.floor_precision[index],
         )  # fmt: skip
 
-    def with_precision(self, precision: FloatArray) -> Rows:
+    def with_precision(self, precision: FloatArray) -> HypothesisBatch:
         """Return the rows with other keypoint noise (R, K)."""
         return replace(self, precision=precision)
 
-    def with_floor(self, factor: float | FloatArray) -> Rows:
+    def with_floor(self, factor: float | FloatArray) -> HypothesisBatch:
         """Return the rows with the floor's precision multiplied."""
         return replace(self, floor_precision=self.floor_precision * factor)
 
@@ -96,7 +96,7 @@ class Place:
 
 @dataclass(frozen=True, eq=False)
 class SharedPrior:
-    """What is known of the camera beforehand.
+    """The prior of the camera.
 
     mean, sd: shape (N_SHARED,), of what is known of each unknown alone, Student-t but for focal and principal; sd is
     infinite where the place alone tells. place: what is known of several together, Student-t.
@@ -178,14 +178,14 @@ class Fit:
         return float(self.row_cost.sum()) + self.shared_cost
 
 
-def solve(rows: Rows, local: FloatArray, shared: FloatArray, prior: SharedPrior, *, iterations: int) -> Fit:
+def solve(rows: HypothesisBatch, local: FloatArray, shared: FloatArray, prior: SharedPrior, *, iterations: int) -> Fit:
     """Return the best explanation found from a start (R, N_LOCAL), (N_SHARED,)."""
     best: Fit | None = None
     last, longest = np.zeros((len(local), 2)), np.full((len(local), 2), _LOCAL_STEP)
     for _ in range(iterations):
         fit = evaluate(rows, local, shared, prior)
         best = fit if best is None or fit.cost <= best.cost else best
-        local_step, shared_step = bounded(*_step(fit))
+        local_step, shared_step = clip_step(*_step(fit))
         longest = np.where(local_step[:, _FACING] * last < 0, _SWING * np.abs(last), longest)
         last = local_step[:, _FACING] = np.clip(local_step[:, _FACING], -longest, longest)
         local, shared = local + local_step, shared + shared_step
@@ -206,29 +206,31 @@ def _stepped(fit: Fit, local_step: FloatArray, shared_step: FloatArray, prior: S
     return Fit(fit.local + local_step, shared, normal, shared_normal, row_cost, float(shared_cost), fit.weights)
 
 
-def approach(
-    rows: Rows, local: FloatArray, shared: FloatArray, prior: SharedPrior,
+def gauss_newton_step(
+    rows: HypothesisBatch, local: FloatArray, shared: FloatArray, prior: SharedPrior,
     leading: NDArray[np.intp],
 ) -> Fit:  # fmt: skip
     """Return the fit one step nearer to an explanation, in which only the leading rows move the camera."""
     fit = evaluate(rows, local, shared, prior)
     local_step, shared_step = _step(fit, leading)
-    return _stepped(fit, *bounded(local_step, shared_step), prior)
+    return _stepped(fit, *clip_step(local_step, shared_step), prior)
 
 
-def bounded(local_step: FloatArray, shared_step: FloatArray) -> tuple[FloatArray, FloatArray]:
+def clip_step(local_step: FloatArray, shared_step: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return steps of local and shared unknowns no longer than the model's linearity carries."""
     return np.clip(local_step, -_LOCAL_STEP, _LOCAL_STEP), np.clip(shared_step, -_SHARED_STEP, _SHARED_STEP)
 
 
-def evaluate(rows: Rows, local: FloatArray, shared: FloatArray, prior: SharedPrior) -> Fit:
+def evaluate(rows: HypothesisBatch, local: FloatArray, shared: FloatArray, prior: SharedPrior) -> Fit:
     """Return the fit at this point."""
     normal, cost, weights = evaluate_rows(rows, local, shared)
     shared_cost, shared_normal = prior.cost(shared)
     return Fit(local, shared, normal, shared_normal, cost, float(shared_cost), weights)
 
 
-def evaluate_rows(rows: Rows, local: FloatArray, shared: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+def evaluate_rows(
+    rows: HypothesisBatch, local: FloatArray, shared: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return normal equations, cost and keypoint weights of each row, without what is known of the camera."""
     projected = project(local, shared, rows.bodies)
     count, joints = rows.precision.shape
@@ -255,23 +257,23 @@ def evaluate_rows(rows: Rows, local: FloatArray, shared: FloatArray) -> tuple[Fl
 
 def _step(fit: Fit, leading: NDArray[np.intp] | slice = slice(None)) -> tuple[FloatArray, FloatArray]:
     """Return the step of local (R, N_LOCAL) and shared unknowns (N_SHARED,); the leading rows alone tell the latter."""
-    answer, reduced = eliminated(fit.normal)
+    answer, reduced = schur_complement(fit.normal)
     # what the shared unknowns see once every row has answered
     equations = reduced[leading].sum(axis=0) + fit.shared_normal
-    shared_step = solved(equations[:, :-1], equations[:, -1])
+    shared_step = solve_batch(equations[:, :-1], equations[:, -1])
     return answer[..., -1] - answer[..., :-1] @ shared_step, shared_step
 
 
-def eliminated(normal: FloatArray) -> tuple[FloatArray, FloatArray]:
+def schur_complement(normal: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return how each row's unknowns answer, and what is left for the shared ones (the Schur complement).
 
     The answer, shape (R, N_LOCAL, N_SHARED + 1), is to the shared unknowns and, last, to the row's own gradient; what
     is left, shape (R, N_SHARED, N_SHARED + 1), is a hessian and a gradient.
     """
-    answer = solved(normal[:, :N_LOCAL, :N_LOCAL], normal[:, :N_LOCAL, N_LOCAL:])
+    answer = solve_batch(normal[:, :N_LOCAL, :N_LOCAL], normal[:, :N_LOCAL, N_LOCAL:])
     return answer, normal[:, N_LOCAL:, N_LOCAL:] - normal[:, N_LOCAL:, :N_LOCAL] @ answer
 
 
-def solved(matrix: FloatArray, right: FloatArray) -> FloatArray:
+def solve_batch(matrix: FloatArray, right: FloatArray) -> FloatArray:
     """Return matrix^-1 right, for stacks of both."""
     return np.asarray(np.linalg.solve(matrix, right), dtype=float)

@@ -1,4 +1,4 @@
-"""Where to begin: a coarse look at every heading, posture and pitch at once, in closed form.
+"""The start: a coarse search over every heading, posture and pitch at once, in closed form.
 
 For each, the mean body's image under weak perspective is laid over the keypoints by scale and shift (weighted least
 squares), which gives everybody's depth; the pitch is the one that the bodies, the floor and the prior like best.
@@ -80,23 +80,23 @@ class Start:
     point: FloatArray
 
 
-def look(
+def initialise(
     evidence: Evidence, lengths_m: FloatArray, prior: SharedPrior, model: BodyModel, on_floor: FloatArray
 ) -> Start:
     """Return the coarse answer; lengths_m (P, L) are the mean bodies, on_floor (P,) is 1 for those on the floor."""
     spread = np.maximum(_STRAY_FACTOR * model.spread, _LEAST_STRAY)
     spread = np.where(model.kinds["feet"] | model.kinds["legs"], _LEG_STRAY, spread)
-    weights = np.where(evidence.seen, (spread**2 + evidence.waver**2) ** -1, 0.0)
+    weights = np.where(evidence.seen, (spread**2 + evidence.score_noise**2) ** -1, 0.0)
     bodies, torso = _mean_bodies(lengths_m, model)
     unlikely = -np.log(POSTURE_WEIGHTS)[:, None] + np.zeros((len(weights), 1, 1))
-    unlikely[~_whole(evidence, model), N_COMMON:] = np.inf
+    unlikely[~_shows_full_body(evidence, model), N_COMMON:] = np.inf
     # some postures tell the pitch, the others are tried at that pitch alone
     tilts = Tilts.worth_trying(prior)
-    cost, scale, shift = _lay(evidence.points, weights, bodies[:, :N_TELLING], tilts.axes)
+    cost, scale, shift = _fit_scale_shift(evidence.points, weights, bodies[:, :N_TELLING], tilts.axes)
     cost = cost + unlikely[:, :N_TELLING, None]
     best, shared = _pitch(tilts, cost, lengths_m[:, 0, None, None, None] / scale, shift, torso, prior, on_floor)
     at = tilts.axes[best : best + 1]
-    rare_cost, rare_scale, rare_shift = _lay(evidence.points, weights, bodies[:, N_TELLING:], at)
+    rare_cost, rare_scale, rare_shift = _fit_scale_shift(evidence.points, weights, bodies[:, N_TELLING:], at)
     rare_cost = rare_cost + unlikely[:, N_TELLING:, None]
     size = np.concatenate([scale[:, :, best], rare_scale[:, :, 0]], axis=1)
     return Start(
@@ -129,7 +129,7 @@ def _pitch(
     return best, shared[best]
 
 
-def _whole(evidence: Evidence, model: BodyModel) -> NDArray[np.bool_]:
+def _shows_full_body(evidence: Evidence, model: BodyModel) -> NDArray[np.bool_]:
     """Return who shows shoulders, hips and legs, shape (P,): of nobody else is a rare posture believed."""
     legs = model.kinds["feet"] | model.kinds["legs"]
     parts = (model.kinds["shoulders"], model.kinds["torso"], legs)
@@ -146,7 +146,7 @@ def _mean_bodies(lengths_m: FloatArray, model: BodyModel) -> tuple[FloatArray, F
     return joints, torso
 
 
-def _lay(
+def _fit_scale_shift(
     points: FloatArray, weights: FloatArray, bodies: FloatArray, axes: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return cost, scale (statures over depth) (P, postures, pitches, headings) and the torso's point (..., 2).
@@ -181,7 +181,7 @@ def _floor(
     """Return how badly the people fit one floor near each pitch (G,), that pitch made finer, and log camera height.
 
     position: shape (G, P, 3). torso_m: shape (G, P), the torso's height above the floor. Heights and a small change of
-    pitch follow by robust least squares; both are held near what is known beforehand.
+    pitch follow by robust least squares; both are held near the prior.
     """
     below = np.einsum("gpi,gi->gp", position, tilts.down)
     by_pitch = np.einsum("gpi,gi->gp", position, tilts.by_pitch)

@@ -16,7 +16,7 @@ from .proposals import Proposal, Windows
 from .regions import Picture, Region
 
 # Below this a first look says that nobody is there (MediaPipe drops at 0.5), and there is no second one. Once it said
-# that somebody is, the score of the second look decides: the flag wavers between two looks at one person from 0 to 1.
+# that somebody is, the score of the second look decides: the flag varies between two looks at one person from 0 to 1.
 _FLAG_MINIMUM = 0.2
 # MediaPipe's own threshold: below it another square is tried too.
 _FLAG_SURE = 0.5
