@@ -5,6 +5,7 @@ A server on this machine stands for upstream, and a script called npm for npm's 
 
 from __future__ import annotations
 
+import dataclasses
 import hashlib
 import http.server
 import io
@@ -13,6 +14,7 @@ import stat
 import tarfile
 import threading
 import zipfile
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -282,3 +284,80 @@ def test_a_damaged_record_names_itself(machine: Machine, content: str) -> None:
     (machine.cache / "default-eyes.json").write_text(content)
     with pytest.raises(SettingsError, match=r"default-eyes\.json.*models fetch"):
         backend_named("auto", PoseOptions())
+
+
+def _a_folder(path: Path) -> None:
+    path.mkdir(parents=True)
+
+
+def _a_link_to_nowhere(path: Path) -> None:
+    path.symlink_to(path.with_name("gone"))
+
+
+def _a_pipe(path: Path) -> None:
+    os.mkfifo(path)
+
+
+def _with_upstream(machine: Machine, content: bytes) -> None:
+    """Let the first network's authors publish a form of their own."""
+    model, (address,) = table.MODELS["first.tflite"], table.MODELS["toy.bin"].sources
+    machine.upstream.files["/own.tflite"] = content
+    source = address.replace("toy.bin", "own.tflite")
+    own = Model("own.tflite", _sha256(b"their own"), None, (source,), "a test", "Apache-2.0", "none")
+    machine.monkeypatch.setitem(table.MODELS, "own.tflite", own)
+    changed = dataclasses.replace(model, same_as=("own.tflite",), upstream="own.tflite")
+    machine.monkeypatch.setitem(table.MODELS, "first.tflite", changed)
+
+
+def test_what_the_authors_publish_comes_before_what_is_made_of_parts(machine: Machine) -> None:
+    _with_upstream(machine, b"their own")
+    assert machine.choose() == "first"
+    assert [path for path, _ in machine.upstream.asked] == ["/own.tflite"]
+    assert weights.obtain("first.tflite").path.name == "own.tflite"
+    assert len(machine.said) == 2 and "fetching own.tflite" in machine.said[0]
+
+
+def test_what_the_authors_do_not_publish_any_more_is_made_of_parts_and_said_in_one_line(machine: Machine) -> None:
+    _with_upstream(machine, b"another version")
+    assert machine.choose() == "first"
+    assert weights.obtain("first.tflite").path.read_bytes() == MADE
+    (why,) = [line for line in machine.said if "instead" in line]
+    assert why.startswith("own.tflite: could not be fetched") and "what arrived has sha256" in why
+    assert why.endswith("it is made of toy.param and toy.bin instead")
+
+
+@pytest.mark.skipif(os.name == "nt", reason="pipes and links as on Unix")
+@pytest.mark.parametrize("lay", [_a_folder, _a_link_to_nowhere, _a_pipe])
+@pytest.mark.parametrize("name", ["first.tflite", "toy.bin"])
+def test_what_is_no_file_is_one_line_and_no_reason_for_other_eyes(
+    machine: Machine, capsys: pytest.CaptureFixture[str], lay: Callable[[Path], None], name: str
+) -> None:
+    machine.cache.mkdir()
+    (machine.cache / "third.tflite").write_bytes(THIRD)
+    machine.npm_works()
+    lay(machine.cache / name)
+    (said,) = [line for line in _lines_of(["models", "fetch"], 2, capsys) if "proxemetry" in line]
+    what = lay.__name__[1:].replace("_", " ")
+    assert f"{machine.cache / name}: is {what}" in said
+    assert "delete it and run `proxemetry models" in said
+    with pytest.raises(ModelError, match=f"is {what}"):
+        backend_named("auto", PoseOptions())
+    assert default_eyes.recorded() is None
+    assert any(f"is {what}" in line for line in _lines_of(["doctor"], 0, capsys))
+    assert any("NOT A FILE" in line for line in _lines_of(["models", "list"], 0, capsys))
+    assert any(f"is {what}" in line for line in _lines_of(["models", "verify"], 1, capsys))
+
+
+def _lines_of(arguments: list[str], code: int, capsys: pytest.CaptureFixture[str]) -> list[str]:
+    assert main(arguments) == code
+    out, err = capsys.readouterr()
+    return [*out.splitlines(), *err.splitlines()]
+
+
+@pytest.mark.skipif(os.name == "nt", reason="links as on Unix")
+@pytest.mark.parametrize("lay", [_a_folder, _a_link_to_nowhere])
+def test_a_choice_that_cannot_be_read_is_not_made_anew(machine: Machine, lay: Callable[[Path], None]) -> None:
+    machine.cache.mkdir()
+    lay(machine.cache / "default-eyes.json")
+    with pytest.raises(SettingsError, match=r"default-eyes\.json: damaged; delete it"):
+        default_eyes.chosen()

@@ -91,6 +91,7 @@ def test_every_row_of_the_table_is_complete():
             assert model.hash_is_complete and not model.sources
             assert set(model.conversion.parts) <= set(weights.MODELS)
         assert set(model.same_as) <= set(weights.MODELS)
+        assert not model.upstream or (model.upstream in model.same_as and weights.MODELS[model.upstream].sources)
     assert all(weights.MODELS[name].hash_is_complete for name in (*weights.EMBEDDED, weights.EMBEDDED_FINDER))
 
 

@@ -6,6 +6,7 @@ import importlib.util
 import platform
 
 from .. import weights
+from ..errors import ModelError, SettingsError
 from ..pose import BACKENDS, is_available
 from ..pose.default_eyes import EYES, recorded
 from ..version import __version__
@@ -33,8 +34,17 @@ def lines() -> list[str]:
 
 
 def _networks() -> list[str]:
-    """Return who would find the people, and what of it is not here yet."""
+    """Return where the networks lie, and who would find the people, or what is in the way."""
     found = [f"networks lie in: {', '.join(map(str, weights.cache_folders()))}"]
+    try:
+        return [*found, *_eyes()]
+    except (ModelError, SettingsError) as error:
+        return [*found, str(error)]
+
+
+def _eyes() -> list[str]:
+    """Return who would find the people, and what of it is not here yet."""
+    found: list[str] = []
     name = recorded()
     if name is None:
         here = next((eyes for eyes in EYES if is_available(eyes)), None)

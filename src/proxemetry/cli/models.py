@@ -58,7 +58,10 @@ def _list(args: argparse.Namespace) -> int:
 
 
 def _row(model: Model) -> tuple[str, ...]:
-    here = "yes" if weights.is_here(model.name) else "no"
+    try:
+        here = "yes" if weights.is_here(model.name) else "no"
+    except ModelError:
+        here = "NOT A FILE"
     size = f"{model.size_bytes / 1e6:.1f}" if model.size_bytes else "?"
     hash_text = model.sha256[:12] if model.hash_is_complete else f"{model.sha256} (published prefix)"
     commercial = "yes" if model.commercial_use else "NO"
@@ -112,7 +115,7 @@ class _Shown:
 
 
 def _verify(args: argparse.Namespace) -> int:
-    names = args.names or [name for name in weights.MODELS if weights.locate(name)]
+    names = args.names or [name for name in weights.MODELS if _lies_there(name)]
     failed = 0
     for name in names:
         try:
@@ -125,6 +128,14 @@ def _verify(args: argparse.Namespace) -> int:
     if not names:
         _say("no network is here yet: `proxemetry models fetch`")
     return SOME_FAILED if failed else DONE
+
+
+def _lies_there(name: str) -> bool:
+    """Return whether anything has a network's name in the cache, be it a file or not."""
+    try:
+        return weights.locate(name) is not None
+    except ModelError:
+        return True
 
 
 def _path(args: argparse.Namespace) -> int:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import logging
+import os
 from collections.abc import Callable
 from pathlib import Path
 
@@ -32,7 +33,7 @@ def recorded() -> str | None:
     """
     for folder in weights.cache_folders():
         path = folder / _RECORD
-        if path.is_file():
+        if os.path.lexists(path):
             return _read(path)
     return None
 
@@ -40,7 +41,7 @@ def recorded() -> str | None:
 def _read(path: Path) -> str:
     try:
         name = json.loads(path.read_text(encoding="utf-8"))["pose"]
-    except (ValueError, KeyError, TypeError) as error:
+    except (OSError, ValueError, KeyError, TypeError) as error:
         raise SettingsError(f"{path}: damaged; delete it and run `proxemetry models fetch`") from error
     if name not in BACKENDS:
         raise SettingsError(f"{path}: names the back end {name!r}, which is unknown; run `proxemetry models fetch`")
@@ -56,13 +57,16 @@ def choose(*, offline: bool = False, say: Say | None = None, progress: weights.P
     """Choose the best back end whose networks are here or can be fetched, write it down, and return its name.
 
     say: takes a line for each download, for each back end that cannot be had, and for the choice; without it they go to
-    the `proxemetry` logger as warnings. Raises ModelError where none can be had.
+    the `proxemetry` logger as warnings. Raises ModelError where none can be had, or where something else than a file
+    lies in the place of a network.
     """
     say = say or _LOG.warning
     why_not: list[str] = []
     for name in EYES:
+        here = is_available(name)  # not below: that a folder lies in a network's place is no reason to take others
         try:
-            _have(name, offline=offline or weights.is_offline(), say=say, progress=progress)
+            if not here:
+                _have(name, offline=offline or weights.is_offline(), say=say, progress=progress)
         except ModelError as error:
             why_not.append(f"{name} cannot be had ({error})")
             continue
@@ -76,8 +80,6 @@ def choose(*, offline: bool = False, say: Say | None = None, progress: weights.P
 
 
 def _have(name: str, *, offline: bool, say: Say, progress: weights.Progress | None) -> None:
-    if is_available(name):
-        return
     weights.fetch(BACKENDS[name].models, offline=offline, say=say, progress=progress)
     for wanted in BACKENDS[name].wants:
         weights.if_to_be_had(wanted, offline=offline, say=say)

@@ -119,10 +119,14 @@ BACKENDS: dict[str, Entry] = {
 
 
 def is_available(name: str) -> bool:
-    """Return whether a back end's networks and runtime are there, without loading any."""
+    """Return whether a back end's networks and runtime are there, without loading any.
+
+    Raises ModelError where something else than a file has the name of one of its networks.
+    """
     entry = BACKENDS[name]
     runtime_is_there = not entry.runtime or importlib.util.find_spec(entry.runtime) is not None
-    return runtime_is_there and all(weights.is_here(model) for model in entry.models)
+    here = [weights.is_here(model) for model in entry.models]
+    return runtime_is_there and all(here)
 
 
 def available() -> list[str]:

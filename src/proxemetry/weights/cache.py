@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import stat
 import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -11,6 +12,9 @@ from pathlib import Path
 from ..errors import ModelError
 from ..files import reason_of, sha256_of
 from .table import Model, model_named
+
+#: What may lie in a file's place.
+_KINDS = {stat.S_IFDIR: "a folder", stat.S_IFIFO: "a pipe", stat.S_IFSOCK: "a socket"}
 
 #: Called while something large is fetched: bytes that are here, and of how many (None where unknown).
 Progress = Callable[[int, int | None], None]
@@ -41,11 +45,23 @@ def is_offline() -> bool:
 
 
 def locate(name: str) -> Path | None:
-    """Return where a network's file lies, unchecked, or None where it is in no cache folder."""
+    """Return where a network's file lies, its content unchecked, or None where it is in no cache folder.
+
+    Raises ModelError where what has its name is no file: a folder, a link to nowhere, a pipe. It is not absent, and
+    what would be put in its place must not hide that.
+    """
     model = model_named(name)
     for folder in cache_folders():
-        if (folder / model.name).is_file():
-            return folder / model.name
+        path = folder / model.name
+        try:
+            kind = stat.S_IFMT(path.stat().st_mode) if os.path.lexists(path) else None
+        except OSError as error:
+            what = "a link to nowhere" if path.is_symlink() else f"not to be read ({reason_of(error)})"
+            raise ModelError(f"{path}: is {what}; {_remedy(model)}") from error
+        if kind == stat.S_IFREG:
+            return path
+        if kind is not None:
+            raise ModelError(f"{path}: is {_KINDS.get(kind, 'no file')}, not a network; {_remedy(model)}")
     return None
 
 
@@ -64,23 +80,24 @@ def verify(name: str) -> LocatedModel:
     except OSError as error:
         raise ModelError(f"{path}: cannot be read ({reason_of(error)})") from error
     if not found.startswith(expected):
-        raise ModelError(
-            f"{path}: damaged or another file: sha256 is {found}, expected {expected}; "
-            f"delete it and run `proxemetry models {_how(model)}`"
-        )
+        raise ModelError(f"{path}: damaged or another file: sha256 is {found}, expected {expected}; {_remedy(model)}")
     return LocatedModel(model, path, found)
 
 
 def is_here(name: str) -> bool:
-    """Return whether a network runs without fetching: its file, its parts, or the same in another form is here."""
+    """Return whether a network runs without fetching: its file, its parts, or the same in another form is here.
+
+    Raises ModelError as `locate` does for any of these, whatever else is here.
+    """
     model = model_named(name)
-    forms = (model.name, *model.same_as)
-    return any(locate(form) is not None for form in forms) or parts_are_here(model)
+    forms = [locate(form) for form in (model.name, *model.same_as)]
+    return parts_are_here(model) or any(path is not None for path in forms)
 
 
 def parts_are_here(model: Model) -> bool:
     """Return whether all files are here that a network can be made of."""
-    return model.conversion is not None and all(locate(part) is not None for part in model.conversion.parts)
+    parts = [locate(part) for part in model.conversion.parts] if model.conversion else [None]
+    return all(path is not None for path in parts)
 
 
 class open_for_placing:  # noqa: N801 - used as a context, like open()
@@ -146,3 +163,7 @@ def folders_text() -> str:
 
 def _how(model: Model) -> str:
     return f"fetch {model.name}" if model.can_be_had else f"add FILE --name {model.name}"
+
+
+def _remedy(model: Model) -> str:
+    return f"delete it and run `proxemetry models {_how(model)}`"

@@ -45,11 +45,12 @@ Say = Callable[[str], None]
 
 
 def fetch_absent(models: Sequence[Model], say: Say | None, progress: Progress | None = None) -> None:
-    """Fetch each of these networks into the cache, and make those that are made of parts.
+    """Fetch each of these networks into the cache, as its authors publish it or made of parts where it is.
 
     Raises ModelError naming every source that failed.
     """
     say = say or _LOG.warning
+    models = [model for model in models if not _from_upstream(model, say, progress)]
     pieces = list(dict.fromkeys(piece for model in models for piece in _pieces(model)))
     try:
         _fetch_files(pieces, say, progress)
@@ -62,6 +63,18 @@ def fetch_absent(models: Sequence[Model], say: Say | None, progress: Progress | 
         path = None if piece in models else locate(piece.name)
         if path is not None and all(is_here(model.name) for model in models):
             path.unlink(missing_ok=True)
+
+
+def _from_upstream(model: Model, say: Say, progress: Progress | None) -> bool:
+    """Fetch the form that a network's authors publish; return whether it is here, and say why where it is not."""
+    if not model.upstream:
+        return False
+    try:
+        _fetch_files([model_named(model.upstream)], say, progress)
+    except ModelError as error:
+        say(f"{error}: it is made of {' and '.join(model.conversion.parts if model.conversion else ())} instead")
+        return False
+    return True
 
 
 def _pieces(model: Model) -> list[Model]:
@@ -79,8 +92,8 @@ def _another_form_is_here(model: Model) -> bool:
 def _fetch_in_another_form(models: Sequence[Model], say: Say, progress: Progress | None, error: ModelError) -> None:
     """Fetch the same networks from where they are published otherwise; raises `error` where they are not."""
     for model in models:
-        parts = model.conversion.parts if model.conversion else ()
-        others = [other for name in model.same_as if name not in parts and (other := model_named(name)).sources]
+        tried = (*(model.conversion.parts if model.conversion else ()), model.upstream)
+        others = [other for name in model.same_as if name not in tried and (other := model_named(name)).sources]
         if not others:
             raise error
         try:

@@ -36,7 +36,8 @@ class Model:
     in order; empty where nobody may hand the file on and the user brings it (`models add`). commercial_use: False
     where the licence forbids it; such a file is fetched only once the licence is accepted. conversion: how it is made
     where it has no sources. same_as: other files of the table that are the same network, used where this one is not
-    here. archive_bytes: how large the archive is that the sources take it out of.
+    here. upstream: the one of these that its authors publish themselves, fetched before its parts are, and those only
+    where it cannot be had. archive_bytes: how large the archive is that the sources take it out of.
     """
 
     name: str
@@ -49,6 +50,7 @@ class Model:
     commercial_use: bool = True
     conversion: Conversion | None = None
     same_as: tuple[str, ...] = ()
+    upstream: str = ""
     archive_bytes: int | None = None
 
     @property
@@ -182,7 +184,7 @@ _MOVENET_ROWS = (
         "movenet_thunder.tflite", "39fa709e4e7e151bf0847233c230aad3f051c1125be7de788070444e0e519ca1", 24_992_296, (),
         f"{_MOVENET_ORIGIN}, converted here", "Apache-2.0", _MOVENET_DATA,
         conversion=Conversion("tfjs", ("movenet-thunder.json", "movenet-thunder.bin")),
-        same_as=("movenet_thunder_float16_4.tflite",),
+        same_as=("movenet_thunder_float16_4.tflite",), upstream="movenet_thunder_float16_4.tflite",
     ),
     _of_human(
         "nanodet.json", "4495eb0ec74bd33ee40a79aa06ebc1ccd7e28be1bf7355d93ffb570b8d77f45d", 121_604, _NANODET_ORIGIN,
