@@ -7,6 +7,7 @@ import importlib.util
 import json
 import math
 from dataclasses import asdict
+from functools import partial
 
 from ..errors import SettingsError
 from ..plots.faces import FACES
@@ -38,6 +39,7 @@ def run(args: argparse.Namespace) -> int:
     """Serve until Ctrl-C."""
     if importlib.util.find_spec("starlette") is None or importlib.util.find_spec("uvicorn") is None:
         raise SettingsError("the review page needs two more packages: pip install 'proxemetry[web]'")
+    from ..web.app import create_app
     from ..web.serve import serve
     from ..web.session import Review
     from ..web.stores import DropStore, FolderStore
@@ -58,7 +60,7 @@ def run(args: argparse.Namespace) -> int:
         return 0
     try:
         serve(
-            review, port=args.port, open_browser=not args.no_browser,
+            partial(create_app, review), port=args.port, open_browser=not args.no_browser,
             tell=lambda address: print(f"review page: {address}\nCtrl-C ends it; all is kept as you go", flush=True),
         )  # fmt: skip
     finally:

@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import asyncio
 import math
-from collections.abc import AsyncGenerator, Awaitable, Callable
 from dataclasses import asdict
-from importlib import resources
 
 from starlette.applications import Starlette
 from starlette.concurrency import run_in_threadpool
@@ -14,8 +11,9 @@ from starlette.requests import Request
 from starlette.responses import JSONResponse, Response
 from starlette.routing import Route
 
-from ..errors import PhotoError, ProxemetryError, SettingsError
+from ..errors import SettingsError
 from ..files import parse_json
+from .answers import answering, body_of, error_answer, static_routes
 from .guard import Guard
 from .measuring import Measuring, folders
 from .pictures import SIZES_PX
@@ -25,89 +23,29 @@ from .stores import DropStore, FolderStore
 #: What a request may carry: a correction, and a dropped photo.
 MOST_JSON_BYTES, MOST_UPLOAD_BYTES = 64_000, 100_000_000
 
-_KINDS = {".html": "text/html", ".css": "text/css", ".js": "text/javascript", ".svg": "image/svg+xml"}
-
-#: A sender that stops in the middle is not waited for longer.
-_SECONDS_FOR_A_PIECE = 30.0
-
-Handler = Callable[[Request], Awaitable[Response]]
-
-
-#: What is still read, and thrown away, of a body that is too large: beyond it the connection is closed.
-_MOST_IGNORED_BYTES = 2_000_000
-
-
-class _TooLargeError(Exception):
-    def __init__(self, limit: int, announced: int | None) -> None:
-        super().__init__(f"more than {limit:,} bytes: this is no photo and no correction")
-        self.hang_up = announced is None or announced > _MOST_IGNORED_BYTES
-
 
 def create_app(review: Review, token: str, hosts: tuple[str, ...]) -> Guard:
     """Return the guarded application; token and hosts as `Guard` takes them."""
     page = _Page(review)
     routes = [
-        Route("/api/about", _answering(page.about)),
-        Route("/api/photos", _answering(page.photos)),
-        Route("/api/photos/{identity:int}", _answering(page.photo)),
-        Route("/api/photos/{identity:int}/actions", _answering(page.act), methods=["POST"]),
-        Route("/api/photos/{identity:int}/undo", _answering(page.undo), methods=["POST"]),
-        Route("/api/photos/{identity:int}/alike", _answering(page.alike)),
-        Route("/api/photos/{identity:int}/picture", _answering(page.picture)),
-        Route("/api/export", _answering(page.export), methods=["POST"]),
-        Route("/api/tables.zip", _answering(page.tables)),
-        Route("/api/reviewers", _answering(page.reviewers)),
-        Route("/api/agreement", _answering(page.agreement)),
-        Route("/api/drop", _answering(page.drop), methods=["POST"]),
-        Route("/api/folders", _answering(page.folders)),
-        Route("/api/measuring", _answering(page.measuring), methods=["GET", "POST", "DELETE"]),
-        Route("/api/measuring/open", _answering(page.open_measured), methods=["POST"]),
-        *_static_routes(),
+        Route("/api/about", answering(page.about)),
+        Route("/api/photos", answering(page.photos)),
+        Route("/api/photos/{identity:int}", answering(page.photo)),
+        Route("/api/photos/{identity:int}/actions", answering(page.act), methods=["POST"]),
+        Route("/api/photos/{identity:int}/undo", answering(page.undo), methods=["POST"]),
+        Route("/api/photos/{identity:int}/alike", answering(page.alike)),
+        Route("/api/photos/{identity:int}/picture", answering(page.picture)),
+        Route("/api/export", answering(page.export), methods=["POST"]),
+        Route("/api/tables.zip", answering(page.tables)),
+        Route("/api/reviewers", answering(page.reviewers)),
+        Route("/api/agreement", answering(page.agreement)),
+        Route("/api/drop", answering(page.drop), methods=["POST"]),
+        Route("/api/folders", answering(page.folders)),
+        Route("/api/measuring", answering(page.measuring), methods=["GET", "POST", "DELETE"]),
+        Route("/api/measuring/open", answering(page.open_measured), methods=["POST"]),
+        *static_routes(),
     ]
     return Guard(Starlette(routes=routes), token, hosts)
-
-
-def _static_routes() -> list[Route]:
-    """Return one route a file of the page: nothing of a request's path ever meets a file system."""
-    folder = resources.files("proxemetry.web") / "static"
-    routes: list[Route] = []
-    for file in sorted(folder.iterdir(), key=lambda f: f.name):
-        kind = _KINDS.get(file.name[file.name.rfind(".") :])
-        if kind is None:
-            continue
-        route = _static(file.read_bytes(), kind)
-        routes.append(Route("/" if file.name == "index.html" else f"/static/{file.name}", route))
-    return routes
-
-
-def _static(content: bytes, kind: str) -> Handler:
-    async def answer(_: Request) -> Response:
-        return Response(content, media_type=f"{kind}; charset=utf-8", headers={"Cache-Control": "no-cache"})
-
-    return answer
-
-
-def _answering(handler: Handler) -> Handler:
-    """Return a handler whose errors are answers: one line that says what and what to do."""
-
-    async def answer(request: Request) -> Response:
-        try:
-            return await handler(request)
-        except LookupError as error:
-            return _error(404, str(error))
-        except _TooLargeError as error:
-            # Hanging up is what ends an upload whose sender goes on.
-            return JSONResponse({"error": str(error)}, 413, {"Connection": "close"} if error.hang_up else None)
-        except PhotoError as error:
-            return _error(422, str(error))
-        except (ProxemetryError, ValueError) as error:
-            return _error(400, str(error))
-
-    return answer
-
-
-def _error(status: int, text: str) -> Response:
-    return JSONResponse({"error": text}, status)
 
 
 class _Page:
@@ -131,7 +69,7 @@ class _Page:
         if request.method == "DELETE":
             self._measuring.stop()
         elif request.method == "POST":
-            fields = parse_json((await _body(request, MOST_JSON_BYTES)).decode(), finite=True)
+            fields = parse_json((await body_of(request, MOST_JSON_BYTES)).decode(), finite=True)
             if not isinstance(fields, dict):
                 raise ValueError("a run is {folder, out, focal_35mm}")
             focal = fields.get("focal_35mm")
@@ -167,7 +105,7 @@ class _Page:
         return JSONResponse(await run_in_threadpool(self._review.view, identity, _query(request)))
 
     async def act(self, request: Request) -> Response:
-        fields = parse_json((await _body(request, MOST_JSON_BYTES)).decode(), finite=True)
+        fields = parse_json((await body_of(request, MOST_JSON_BYTES)).decode(), finite=True)
         if not isinstance(fields, dict) or not isinstance(fields.get("value"), dict):
             raise ValueError("a correction is {action, value: {...}}")
         identity = int(request.path_params["identity"])
@@ -183,7 +121,7 @@ class _Page:
         identity = int(request.path_params["identity"])
         undone = await run_in_threadpool(self._review.undo, identity)
         if undone is None:
-            return _error(409, "there is nothing of yours to undo on this photo")
+            return error_answer(409, "there is nothing of yours to undo on this photo")
         return await self._view(request)
 
     async def picture(self, request: Request) -> Response:
@@ -214,8 +152,9 @@ class _Page:
     async def drop(self, request: Request) -> Response:
         store = self._review.store
         if not isinstance(store, DropStore):
-            return _error(409, "this page reviews a results folder; `proxemetry review` alone takes dropped photos")
-        content = await _body(request, MOST_UPLOAD_BYTES)
+            what = "this page reviews a results folder; `proxemetry review` alone takes dropped photos"
+            return error_answer(409, what)
+        content = await body_of(request, MOST_UPLOAD_BYTES)
         photo = await run_in_threadpool(store.add, content, request.query_params.get("name", ""))
         return JSONResponse({"id": await run_in_threadpool(self._review.added, photo)})
 
@@ -223,26 +162,3 @@ class _Page:
 def _query(request: Request) -> Query:
     asked = request.query_params
     return Query(asked.get("show", "all"), asked.get("sort", "name"), asked.get("group"), asked.get("text", "")[:200])
-
-
-async def _next(chunks: AsyncGenerator[bytes, None]) -> bytes | None:
-    """Return the next piece of a body, None at its end; raises ValueError where none comes for long."""
-    try:
-        return await asyncio.wait_for(anext(chunks, None), _SECONDS_FOR_A_PIECE)
-    except TimeoutError as error:
-        raise ValueError(f"nothing came for {_SECONDS_FOR_A_PIECE:g} seconds") from error
-
-
-async def _body(request: Request, limit: int) -> bytes:
-    """Return a request's body, read no further than the limit whatever its head says of its length."""
-    length = request.headers.get("content-length", "")
-    announced = int(length) if length.isdigit() else None
-    if announced is not None and announced > limit:
-        raise _TooLargeError(limit, announced)
-    content = bytearray()
-    chunks = request.stream()
-    while (chunk := await _next(chunks)) is not None:
-        content += chunk
-        if len(content) > limit:
-            raise _TooLargeError(limit, announced)
-    return bytes(content)

@@ -70,16 +70,16 @@ class Guard:
         origin = headers.get("origin")
         own = tuple(f"http://{host}" for host in self._hosts)
         if origin not in own and (origin is not None or scope["method"] not in _SAFE_METHODS):
-            return PlainTextResponse("This request does not come from the review page.", 403)
+            return PlainTextResponse("This request does not come from the page itself.", 403)
         if headers.get("sec-fetch-site", "none") not in ("none", "same-origin"):
-            return PlainTextResponse("This request does not come from the review page.", 403)
+            return PlainTextResponse("This request does not come from the page itself.", 403)
         offered = QueryParams(scope["query_string"]).get("token")
         if scope["method"] == "GET" and scope["path"] == "/" and offered is not None and self._fits(offered):
             answer = RedirectResponse("/", 303)
             answer.set_cookie(self._cookie, self._token, httponly=True, samesite="strict", path="/")
             return answer
         if not self._fits(self._carried(headers)):
-            text = "This needs the address that `proxemetry review` printed, with its token."
+            text = "This needs the address that the program printed, with its token."
             return PlainTextResponse(text, 403)
         return None
 

@@ -16,8 +16,6 @@ from starlette.types import ASGIApp
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
 from ..errors import SettingsError
-from .app import create_app
-from .session import Review
 
 ADDRESS = "127.0.0.1"
 _LAST_PORT = 65535
@@ -64,8 +62,12 @@ class PatientProtocol(H11Protocol):
             self.transport.close()
 
 
-def serve(review: Review, *, port: int = 0, open_browser: bool = True, tell: Callable[[str], None]) -> None:
-    """Serve a review until it is interrupted. port: 0 takes any free one. tell: hears the address with its token.
+#: What makes a page's application of the token and of the "name:port" that it answers to.
+Application = Callable[[str, tuple[str, ...]], ASGIApp]
+
+
+def serve(application: Application, *, port: int = 0, open_browser: bool = True, tell: Callable[[str], None]) -> None:
+    """Serve a page until it is interrupted. port: 0 takes any free one. tell: hears the address with its token.
 
     Raises SettingsError where the port is taken.
     """
@@ -73,7 +75,7 @@ def serve(review: Review, *, port: int = 0, open_browser: bool = True, tell: Cal
     try:
         chosen = listener.getsockname()[1]
         token = secrets.token_urlsafe(24)
-        app = create_app(review, token, (f"{ADDRESS}:{chosen}", f"localhost:{chosen}"))
+        app = application(token, (f"{ADDRESS}:{chosen}", f"localhost:{chosen}"))
         address = f"http://{ADDRESS}:{chosen}/?token={token}"
         tell(address)
         threading.Thread(target=_warm_up, daemon=True).start()

@@ -7,95 +7,29 @@ correction back is an entry too, and the database itself refuses anything else. 
 from __future__ import annotations
 
 import hashlib
-import json
 import os
-import sqlite3
-import threading
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from ...errors import OutputError, ProxemetryError, SettingsError
-from ...files import reason_of, require_file
+from ...errors import ProxemetryError, SettingsError
 from ...scene import Scene
+from .action_log import ActionLog, FileKey
 from .actions import ACTIONS, Action, check
 from .edits import applied, apply
 
-__all__ = ["ACTIONS", "FILE", "Action", "Log", "apply", "corrected_scenes", "in_force"]
+__all__ = ["ACTIONS", "FILE", "Action", "FileKey", "Log", "apply", "corrected_scenes", "in_force"]
 
 #: Name of the log in a results folder.
 FILE = "corrections.sqlite"
 
-_SCHEMA = """
-CREATE TABLE IF NOT EXISTS actions (
-    number INTEGER PRIMARY KEY AUTOINCREMENT,
-    time TEXT NOT NULL,
-    who TEXT NOT NULL,
-    photo TEXT NOT NULL,
-    sha256 TEXT NOT NULL,
-    action TEXT NOT NULL,
-    value TEXT NOT NULL
-);
-CREATE INDEX IF NOT EXISTS actions_of_a_file ON actions (sha256, photo);
-CREATE TRIGGER IF NOT EXISTS nothing_changes BEFORE UPDATE ON actions
-    BEGIN SELECT RAISE(ABORT, 'corrections are append-only'); END;
-CREATE TRIGGER IF NOT EXISTS nothing_goes BEFORE DELETE ON actions
-    BEGIN SELECT RAISE(ABORT, 'corrections are append-only'); END;
-"""
-_COLUMNS = "number, time, who, photo, sha256, action, value"
 
+class Log(ActionLog):
+    """The log of corrections of scenes; see `ActionLog`."""
 
-@dataclass(frozen=True)
-class FileKey:
-    """What a correction belongs to: the file's hash, or the photo's name where there was no file to hash."""
-
-    sha256: str
-    photo: str
-
-    @classmethod
-    def of(cls, item: Scene | Action) -> FileKey:
-        """Return the key of a scene or of an action."""
-        return cls(item.sha256, "" if item.sha256 else item.photo)
-
-
-class Log:
-    """The log at `path` (":memory:" keeps none), created where it is absent; holds a database connection.
-
-    read_only: nothing is created or kept, as on a disk that cannot be written.
-
-    Raises OutputError where the file cannot be written or is no log of corrections.
-    """
-
-    def __init__(self, path: str | Path, *, read_only: bool = False) -> None:
-        self.path, self._read_only = str(path), read_only
-        self._lock = threading.Lock()
-        try:
-            if self.path != ":memory:" and os.path.lexists(self.path):
-                require_file(self.path)  # a pipe would be waited for
-            self._database = self._opened()
-            self._database.execute(f"SELECT {_COLUMNS} FROM actions LIMIT 1")
-            # What another program wrote need not be UTF-8.
-            self._database.text_factory = lambda content: content.decode(errors="replace")
-        except (sqlite3.Error, OSError, ValueError) as error:  # a damaged schema need not be text, nor its error
-            why = reason_of(error)
-            raise OutputError(f"{self.path}: cannot be used as a log of corrections ({why})") from error
-
-    def _opened(self) -> sqlite3.Connection:
-        """Return the database, with its table; a log that may only be read and is not there is an empty one."""
-        if self._read_only and os.path.lexists(self.path):
-            address = f"{Path(self.path).absolute().as_uri()}?mode=ro"
-            return sqlite3.connect(address, uri=True, check_same_thread=False, isolation_level=None)
-        database = sqlite3.connect(
-            ":memory:" if self._read_only else self.path, check_same_thread=False, isolation_level=None
-        )
-        # All in one file, whatever ends the program: people copy it, and keep it on shared drives.
-        database.execute("PRAGMA journal_mode = DELETE")
-        database.execute("PRAGMA synchronous = FULL")  # an entry is on the disk before its answer is shown
-        database.executescript(_SCHEMA)
-        return database
+    what = "corrections"
 
     def append(self, scene: Scene, action: str, value: Mapping[str, Any], who: str) -> Action:
         """Append one action on a scene's file and return it; raises SettingsError for one that cannot be applied."""
@@ -119,21 +53,6 @@ class Log:
             raise SettingsError(f"correction: {str(error).removeprefix('correction: ')}") from error
         return draft, after
 
-    def keep(self, draft: Action) -> Action:
-        """Append an action that was tried and return it with its number; raises OutputError."""
-        if self._read_only:
-            raise OutputError(f"{self.path}: cannot be written; copy the results folder elsewhere to correct them")
-        value = json.dumps(dict(draft.value), sort_keys=True, allow_nan=False)
-        row = (draft.time, draft.who, draft.photo, draft.sha256, draft.action, value)
-        try:
-            with self._lock:
-                cursor = self._database.execute(
-                    "INSERT INTO actions (time, who, photo, sha256, action, value) VALUES (?, ?, ?, ?, ?, ?)", row
-                )
-        except sqlite3.Error as error:
-            raise OutputError(f"{self.path}: the correction was not kept ({error})") from error
-        return replace(draft, number=int(cursor.lastrowid or 0))
-
     def undo(self, scene: Scene, who: str) -> Action | None:
         """Take back one's own latest action on a scene's file that is in force; return it, None where there is none."""
         mine = [a for a in in_force(self.actions(FileKey.of(scene))) if a.who == who]
@@ -141,44 +60,6 @@ class Log:
             return None
         self.append(scene, "undo", {"number": mine[-1].number}, who)
         return mine[-1]
-
-    def actions(self, key: FileKey | None = None, who: str | None = None) -> list[Action]:
-        """Return the log in its order: of one file, of one person, or all of it."""
-        query, values = f"SELECT {_COLUMNS} FROM actions WHERE 1", list[str]()
-        if key is not None:
-            query += " AND sha256 = ?" + ("" if key.sha256 else " AND photo = ?")
-            values += [key.sha256] if key.sha256 else ["", key.photo]
-        if who is not None:
-            query += " AND who = ?"
-            values.append(who)
-        return [_action(row) for row in self._rows(f"{query} ORDER BY number", values)]
-
-    def people(self) -> list[str]:
-        """Return who wrote in the log."""
-        return [str(row[0]) for row in self._rows("SELECT DISTINCT who FROM actions ORDER BY who", [])]
-
-    def _rows(self, query: str, values: Sequence[str]) -> list[tuple[Any, ...]]:
-        try:
-            with self._lock:
-                return self._database.execute(query, values).fetchall()
-        except (sqlite3.Error, ValueError) as error:
-            raise OutputError(f"{self.path}: damaged ({error}); put back a copy of it, or move it away") from error
-
-    def close(self) -> None:
-        """Close the database."""
-        with self._lock:
-            self._database.close()
-
-
-def _action(row: tuple[Any, ...]) -> Action:
-    """Return a row of the log as an action; a value that is no JSON object is empty, and cannot be applied."""
-    number, *texts, value = row
-    try:
-        content = json.loads(value)
-    except (TypeError, ValueError, RecursionError):
-        content = None
-    time, who, photo, sha256, action = (str(text) for text in texts)
-    return Action(int(number), time, who, photo, sha256, action, content if isinstance(content, dict) else {})
 
 
 def in_force(actions: Iterable[Action]) -> list[Action]:
