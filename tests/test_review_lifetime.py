@@ -23,7 +23,7 @@ from proxemetry.people import People
 from proxemetry.people.skeleton import COCO_17
 from proxemetry.photo import Photo
 from proxemetry.scene import Scene
-from proxemetry.web import app, serve
+from proxemetry.web import answers, app, serve
 from proxemetry.web.session import Review
 from proxemetry.web.stores import DropStore
 from synthetic.reviewing import served
@@ -113,7 +113,7 @@ def test_answers_on_a_kept_connection_are_quick() -> None:
 
 def test_nobody_is_waited_for_without_end(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(serve, "_SECONDS_FOR_A_HEAD", 2.0)
-    monkeypatch.setattr(app, "_SECONDS_FOR_A_PIECE", 0.3)
+    monkeypatch.setattr(answers, "_SECONDS_FOR_A_PIECE", 0.3)
     with served(Review(DropStore(_nobody), "ada")) as (origin, token):
         host = origin.removeprefix("http://")
         address = (host.partition(":")[0], int(host.partition(":")[2]))
