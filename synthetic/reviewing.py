@@ -11,10 +11,9 @@ import numpy as np
 import uvicorn
 from PIL import Image, ImageDraw
 
-from proxemetry.archive.run import manifest_update
 from proxemetry.archive.store import parts
 from proxemetry.archive.store.folder import Folder
-from proxemetry.archive.store.photos import find_photos
+from proxemetry.archive.store.photos import search
 from proxemetry.archive.store.results import Results, write_run
 from proxemetry.camera import Camera, CameraEstimate, Doubt, Flag, FocalSource, Source
 from proxemetry.measure import place
@@ -26,6 +25,7 @@ from proxemetry.web.app import create_app
 from proxemetry.web.serve import configuration
 from proxemetry.web.session import Review
 from synthetic.drawn import people_at
+from synthetic.manifests import listed_photos
 
 TOKEN = "the-token-of-a-test"
 
@@ -95,7 +95,7 @@ def make_results(root: Path) -> Results:
 def write_results(location: Path, photos: Path, scenes: list[Scene]) -> Results:
     """Write a results folder holding these scenes of the photos in a folder."""
     folder = Folder(location)
-    listed = manifest_update.frozen(folder, find_photos([str(photos)]))
+    listed = listed_photos(folder, search([str(photos)]))
     by_name = {s.photo: s for s in scenes}
     for shard in range(listed.n_shards):
         records = [parts.record_of(by_name[item.photo]) for item in listed.items(shard)]

@@ -26,6 +26,7 @@ from proxemetry.cli import main
 from proxemetry.errors import OutputError
 from proxemetry.settings import Settings
 from synthetic import small_photos
+from synthetic.manifests import listed_photos
 from synthetic.small_photos import write_photo, write_photos
 
 
@@ -190,15 +191,15 @@ def test_whatever_ended_it_a_replaced_photo_is_measured_once(measured, monkeypat
 def test_a_row_that_is_kept_is_kept_to_the_last_digit(measured):
     _, out = measured
     folder = Folder(out)
-    listed = manifest.read(folder)
-    assert listed is not None
-    before = parts.earlier(folder, 0)
+    known = manifest.read(folder)
+    assert known is not None
+    before = parts.previous_rows(folder, 0)
     parts.write(folder, 0, [row.record(FileState(5, 6)) for row in before.values()], {"proxemetry_version": "test"})
-    after = parts.earlier(folder, 0)
+    after = parts.previous_rows(folder, 0)
     assert [r.file for r in after.values()] == [FileState(5, 6)] * len(before)
     same = [{**r.fields, "file_bytes": 0, "file_modified_ns": 0} for r in before.values()]
     assert [{**r.fields, "file_bytes": 0, "file_modified_ns": 0} for r in after.values()] == same
-    assert manifest_update.frozen(folder, sorted(listed.names())).n_shards == listed.n_shards
+    assert listed_photos(folder, sorted(known.names())).n_shards == known.n_shards
 
 
 def test_a_file_that_is_not_there_has_no_state(tmp_path):

@@ -171,7 +171,7 @@ def test_tables_of_a_part_that_is_replaced_meanwhile_are_known_to_be_old(
 ) -> None:
     folder = Folder(results)
     stored = Results(folder)
-    records = [record.record(record.file) for record in parts.earlier(folder, 2).values()]
+    records = [record.record(record.file) for record in parts.previous_rows(folder, 2).values()]
     (metadata,) = parts.metadata_of(folder, [2])
     read = Results.view
 

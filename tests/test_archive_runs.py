@@ -27,7 +27,7 @@ from hypothesis import strategies as st
 import proxemetry
 from proxemetry.archive.review.corrections import FILE, Log
 from proxemetry.archive.run import manifest_update, pool
-from proxemetry.archive.run.duplicates import copies, repeated
+from proxemetry.archive.run.duplicates import find_duplicates, repeated
 from proxemetry.archive.run.run import run
 from proxemetry.archive.run.work import Job
 from proxemetry.archive.run.workers import require_same_networks
@@ -39,6 +39,7 @@ from proxemetry.camera.table import CameraTable
 from proxemetry.errors import ModelError, OutputError, SettingsError
 from proxemetry.pose import PoseOptions
 from proxemetry.settings import Settings
+from synthetic.manifests import listed_photos
 from synthetic.small_photos import write_photo, write_photos
 
 HERE = str(Path(__file__).parents[1])
@@ -91,12 +92,12 @@ def wait_for_parts(out, count, process):
 
 def test_shards_cover_every_photo_once(tmp_path):
     folder = Folder(tmp_path)
-    listed = manifest_update.frozen(folder, [f"{i}.jpg" for i in range(1000)])
-    assert listed.n_shards == 63  # 1000 photos in shards of 16
-    names = [item.photo for shard in range(listed.n_shards) for item in listed.items(shard)]
+    made = listed_photos(folder, [f"{i}.jpg" for i in range(1000)])
+    assert made.n_shards == 63  # 1000 photos in shards of 16
+    names = [item.photo for shard in range(made.n_shards) for item in made.items(shard)]
     assert Counter(names) == Counter(f"{i}.jpg" for i in range(1000))
-    assert manifest.read(folder) == listed
-    assert manifest_update.frozen(folder, [f"{i}.jpg" for i in range(1000)]) == listed
+    assert manifest.read(folder) == made
+    assert listed_photos(folder, [f"{i}.jpg" for i in range(1000)]) == made
 
 
 def test_photos_that_came_later_get_shards_of_their_own(tmp_path):
@@ -210,11 +211,11 @@ def test_copies_are_found_by_size_and_end(files, n_new):
     for i in range(n):
         same = [j for j in range(len(files)) if j != i and sizes[j] == sizes[i] >= 0]
         assert alike[i] == bool(same)
-    found = copies(sizes[:n], ends[:n].astype(np.uint64), sizes[n:], ends[n:].astype(np.uint64))
+    found = find_duplicates(sizes[:n], ends[:n].astype(np.uint64), sizes[n:], ends[n:].astype(np.uint64))
     for i in range(n):
         twins = [j for j in range(n) if files[j] == files[i]]
         originals = [j for j in range(len(files) - n) if files[n + j] == files[i]]
-        assert found.twin[i] == (twins[0] if len(twins) > 1 else -1)
+        assert found.duplicate_of[i] == (twins[0] if len(twins) > 1 else -1)
         assert found.original[i] == (originals[0] if originals else -1)
 
 

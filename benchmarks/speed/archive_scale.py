@@ -22,7 +22,6 @@ import time
 from pathlib import Path
 
 from benchmarks.speed.recorded_archive import name_of, write_keypoints
-from proxemetry.archive.run import manifest_update
 from proxemetry.archive.run.run import run
 from proxemetry.archive.run.schedule import Note, Progress
 from proxemetry.archive.run.work import Job
@@ -30,8 +29,9 @@ from proxemetry.archive.store import manifest, parts
 from proxemetry.archive.store.duck import connection, quoted
 from proxemetry.archive.store.file_state import FileState
 from proxemetry.archive.store.folder import RUN_FILE, Folder
-from proxemetry.archive.store.photos import find_photos
+from proxemetry.archive.store.photos import search
 from proxemetry.distances import ZONES
+from synthetic.manifests import listed_photos
 
 TEMPLATE = 256
 _TIMES = 3
@@ -129,7 +129,7 @@ def _make(root: Path, count: int) -> None:
     out.mkdir(exist_ok=True)
     (out / RUN_FILE).write_bytes((template / RUN_FILE).read_bytes())
     started, before = time.perf_counter(), os.times()
-    listed = manifest_update.frozen(folder, find_photos([str(photos)]))
+    listed = listed_photos(folder, search([str(photos)]))
     print(f"listed and frozen in {_elapsed(started, before)}")
     metadata = json.loads((template / RUN_FILE).read_text())["metadata"]
     _copy_parts(template, folder, listed, metadata)

@@ -21,10 +21,9 @@ import numpy as np
 from playwright.sync_api import Page, sync_playwright
 
 from proxemetry import __version__
-from proxemetry.archive.run import manifest_update
 from proxemetry.archive.store import parts
 from proxemetry.archive.store.folder import Folder
-from proxemetry.archive.store.photos import find_photos
+from proxemetry.archive.store.photos import search
 from proxemetry.archive.store.results import write_run
 from proxemetry.camera import CameraEstimate
 from proxemetry.camera.focal import estimate_camera
@@ -35,6 +34,7 @@ from proxemetry.photo import Photo
 from proxemetry.settings import Settings
 from proxemetry.web.session import Review
 from proxemetry.web.stores import FolderStore
+from synthetic.manifests import listed_photos
 from synthetic.reviewing import served
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -75,7 +75,7 @@ def make_run(root: Path, count: int) -> str:
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_bytes(content + number.to_bytes(4, "big"))
     results = Folder(root / "results")
-    listed = manifest_update.frozen(results, find_photos([str(photos)]))
+    listed = listed_photos(results, search([str(photos)]))
     for shard in range(listed.n_shards):
         records = []
         for item in listed.items(shard):

@@ -46,17 +46,17 @@ class FileScan(BackgroundTask[ChangedFiles]):
 
     def __init__(self, folder: Folder, update: ManifestUpdate, is_mine: Callable[[int], bool]) -> None:
         self._duck = attached(folder).cursor()  # a thread needs one of its own
-        super().__init__(lambda: self._looked(folder, update, is_mine))
+        super().__init__(lambda: self._scanned(folder, update, is_mine))
 
-    def _looked(self, folder: Folder, update: ManifestUpdate, is_mine: Callable[[int], bool]) -> ChangedFiles:
+    def _scanned(self, folder: Folder, update: ManifestUpdate, is_mine: Callable[[int], bool]) -> ChangedFiles:
         self.gate.wait()
         if self.stopped.is_set():
             return ChangedFiles()
         manifest = update.result()
         there = [s for s in sorted(parts.finished(folder)) if s < manifest.n_shards and is_mine(s)]
-        return self._look(folder, manifest, there)
+        return self._compare(folder, manifest, there)
 
-    def _look(self, folder: Folder, manifest: Manifest, shards: list[int]) -> ChangedFiles:
+    def _compare(self, folder: Folder, manifest: Manifest, shards: list[int]) -> ChangedFiles:
         root = manifest.moved_to or manifest.root
         if root is None or not shards:
             return ChangedFiles()
@@ -66,8 +66,8 @@ class FileScan(BackgroundTask[ChangedFiles]):
         with ThreadPoolExecutor(_THREADS) as pool:
             for rows in self._measured(folder, shards):
                 batches = [rows[k : k + 256] for k in range(0, len(rows), 256)]
-                looked = pool.map(lambda batch: [state_of(row[0]) for row in batch], batches)
-                now = [state for batch in looked for state in batch]
+                states = pool.map(lambda batch: [state_of(row[0]) for row in batch], batches)
+                now = [state for batch in states for state in batch]
                 for (photo, size, modified_ns, shard), state in zip(rows, now, strict=True):
                     if state is None:
                         gone, example = gone + (size is not None), example or photo

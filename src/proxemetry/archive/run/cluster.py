@@ -13,7 +13,7 @@ from typing import Any
 from ...errors import ModelError, ProxemetryError, SettingsError
 from ...pose import lacking
 from .work import Finished, Job, Measurer, Task, quiet_threads
-from .workers import Died, Done, Event, require_same_networks
+from .workers import Event, TaskDone, WorkerDied, require_same_networks
 
 _STARTS_BEFORE_GIVING_UP = 3
 
@@ -111,7 +111,7 @@ class RayWorkers:
         try:
             answer = self._ray.get(reference)
         except self._ray.exceptions.RayActorError as error:
-            return self._bury(worker, error)
+            return self._replace_dead(worker, error)
         if isinstance(answer, ProxemetryError):
             raise answer
         if worker.task is None:
@@ -123,17 +123,17 @@ class RayWorkers:
             self.pose, self.models = answer
             self._failed_starts = 0
             return []
-        done = Done(worker.task, answer)
+        done = TaskDone(worker.task, answer)
         worker.task = None
         return [done]
 
-    def _bury(self, worker: _Worker, error: Exception) -> list[Event]:
+    def _replace_dead(self, worker: _Worker, error: Exception) -> list[Event]:
         if not worker.ready:
             self._failed_starts += 1
             if self._failed_starts >= _STARTS_BEFORE_GIVING_UP:
                 raise ModelError(f"actors die while loading the back end {self.job.pose!r} ({type(error).__name__})")
         self._workers[self._workers.index(worker)] = self._started()
-        return [] if worker.task is None else [Died(worker.task, type(error).__name__)]
+        return [] if worker.task is None else [WorkerDied(worker.task, type(error).__name__)]
 
     def close(self) -> None:
         """End all actors, and the cluster where it was started for this run."""

@@ -30,14 +30,14 @@ _THREADS, _FILES_AT_ONCE = 16, 256
 
 
 @dataclass(frozen=True, eq=False)
-class Copies:
+class Duplicates:
     """What is alike among `n` new files and some older ones.
 
-    twin: shape (n,), the number of the first new file that may be the same one, -1 where none is. original: shape (n,),
-    the number of an older one, -1 where none is.
+    duplicate_of: shape (n,), the number of the first new file that may be the same one, -1 where none is. original:
+    shape (n,), the number of an older one, -1 where none is.
     """
 
-    twin: NDArray[np.int64]
+    duplicate_of: NDArray[np.int64]
     original: NDArray[np.int64]
 
 
@@ -73,7 +73,7 @@ def repeated(sizes: Sizes, older: Sizes) -> NDArray[np.bool_]:
     return ((times > 1) | np.isin(values, older))[place] & (sizes >= 0)
 
 
-def copies(sizes: Sizes, ends: Ends, older_sizes: Sizes, older_ends: Ends) -> Copies:
+def find_duplicates(sizes: Sizes, ends: Ends, older_sizes: Sizes, older_ends: Ends) -> Duplicates:
     """Return which new files, shape (n,), may be copies of each other or of older ones, shape (m,)."""
     n = len(sizes)
     size, end = np.concatenate([sizes, older_sizes]), np.concatenate([ends, older_ends])
@@ -85,11 +85,11 @@ def copies(sizes: Sizes, ends: Ends, older_sizes: Sizes, older_ends: Ends) -> Co
     n_new = np.bincount(run, weights=~is_old)[run] if len(run) else run
     old = np.full(int(run[-1]) + 1 if len(run) else 0, -1, dtype=np.int64)
     old[run[is_old][::-1]] = order[is_old][::-1] - n  # the first of several
-    twin, original = np.full(n, -1, dtype=np.int64), np.full(n, -1, dtype=np.int64)
+    duplicate_of, original = np.full(n, -1, dtype=np.int64), np.full(n, -1, dtype=np.int64)
     mine = ~is_old
-    twin[order[mine]] = np.where(n_new > 1, first, -1)[mine]
+    duplicate_of[order[mine]] = np.where(n_new > 1, first, -1)[mine]
     original[order[mine]] = old[run][mine]
-    return Copies(twin, original)
+    return Duplicates(duplicate_of, original)
 
 
 def _mapped(function: Callable[[str], int], names: Sequence[str], kind: Any) -> NDArray[Any]:

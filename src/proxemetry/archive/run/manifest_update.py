@@ -1,4 +1,4 @@
-"""Photos that a manifest lacks: looked for beside the work, put into shards, appended as a manifest file."""
+"""Photos that a manifest lacks: found while others are measured, put into shards, appended as a manifest file."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from ..store.manifest import SCHEMA, Manifest, name_of, paths, read, relative
 from ..store.parts import finished, measured_files
 from ..store.photos import Listing, Search, locate
 from .background import BackgroundTask
-from .duplicates import Copies, Ends, Sizes, copies, ends_of, repeated, sha256_of, sizes_of
+from .duplicates import Duplicates, Ends, Sizes, ends_of, find_duplicates, repeated, sha256_of, sizes_of
 
 #: A shard is what a killed process loses: a few minutes at most. Small runs get shards of single photos.
 MAX_SHARD, SHARDS_OF_A_SMALL_RUN = 256, 64
@@ -49,7 +49,7 @@ class ManifestUpdate(BackgroundTask[Manifest]):
         while new and not self.stopped.is_set():
             before = manifest.files
             written = append(folder, manifest, new, self._duck)
-            # Somebody else may have been first: then what they left is to be appended.
+            # Another machine may have been first: then what it left is to be appended.
             known = read(folder, self._duck)
             if known is not None and manifest.moved_to:
                 known = known.moved(manifest.moved_to)
@@ -61,19 +61,6 @@ class ManifestUpdate(BackgroundTask[Manifest]):
     def allow(self) -> None:
         """Let what is new be written: the run was found to be of the kind that is in the folder."""
         self.gate.set()
-
-
-def frozen(folder: Folder, listing: Listing | Sequence[str]) -> Manifest:
-    """Return the manifest of a results folder, made now or extended by what is new in `listing`.
-
-    listing: photos as found, or names of recorded photos. Several machines may do this at once: one of them writes.
-    """
-    update = ManifestUpdate(folder, listing if not isinstance(listing, Listing) else Search.of(listing), read(folder))
-    update.allow()
-    try:
-        return update.result()
-    finally:
-        update.close()
 
 
 def compared(
@@ -123,16 +110,16 @@ def _lacking(known: Iterator[str], names: Sequence[str]) -> list[str]:
 
 
 def append(folder: Folder, manifest: Manifest, new: Sequence[str], duck: Any) -> bool:
-    """Write the new photos as one more manifest file; return whether nobody else was first."""
+    """Write the new photos as one more manifest file; return False where another machine was first."""
     root = manifest.moved_to or manifest.root
     none = np.full(len(new), -1, dtype=np.int64)
-    sizes, alike, older_shards = none, Copies(none, none), none
+    sizes, alike, older_shards = none, Duplicates(none, none), none
     if root is not None:
         sizes, alike, older_shards = _alike(folder, manifest, root, new, duck)
-    shards, earlier = shards_of(alike.twin, manifest.n_shards)
+    shards, earlier = shards_of(alike.duplicate_of, manifest.n_shards)
     older_shards = np.where(older_shards >= 0, older_shards, earlier)
     duck.register("new_photos", {
-        "shard": shards, "photo": np.array(new, dtype=object), "bytes": sizes, "twin": alike.twin,
+        "shard": shards, "photo": np.array(new, dtype=object), "bytes": sizes, "twin": alike.duplicate_of,
         "original_shard": older_shards,
     })  # fmt: skip
     header = quoted(json.dumps({"schema": SCHEMA, "root": relative(folder, manifest.root)}))
@@ -150,17 +137,17 @@ def append(folder: Folder, manifest: Manifest, new: Sequence[str], duck: Any) ->
 
 def _alike(
     folder: Folder, manifest: Manifest, root: str, new: Sequence[str], duck: Any
-) -> tuple[Sizes, Copies, NDArray[np.int64]]:
+) -> tuple[Sizes, Duplicates, NDArray[np.int64]]:
     """Return the new photos' sizes, which of them may be copies, and the shards of the older ones they may be of."""
     sizes = sizes_of(root, new)
     old_names, old_sizes, old_shards = _older(folder, manifest, sizes, duck)
     chosen = np.flatnonzero(repeated(sizes, old_sizes))
     ends = ends_of(root, [new[i] for i in chosen.tolist()], sizes[chosen])
     old_ends: Ends = ends_of(root, old_names, old_sizes)
-    found = copies(sizes[chosen], ends, old_sizes, old_ends)
+    found = find_duplicates(sizes[chosen], ends, old_sizes, old_ends)
     none = np.full(len(new), -1, dtype=np.int64)
-    twin, shard = none.copy(), none.copy()
-    twin[chosen] = np.where(found.twin >= 0, chosen[found.twin], -1)
+    duplicate_of, shard = none.copy(), none.copy()
+    duplicate_of[chosen] = np.where(found.duplicate_of >= 0, chosen[found.duplicate_of], -1)
     shard[chosen] = np.append(old_shards, -1)[found.original]
     # A file that is gone has no end to compare: a new one of its size may be it, renamed.
     gone = {
@@ -170,7 +157,7 @@ def _alike(
     }
     renamed = [gone.get(size, -1) for size in sizes.tolist()] if gone else none
     shard = np.where(shard < 0, renamed, shard)
-    return sizes, Copies(twin, shard), shard
+    return sizes, Duplicates(duplicate_of, shard), shard
 
 
 def _older(folder: Folder, manifest: Manifest, sizes: Sizes, duck: Any) -> tuple[list[str], Sizes, NDArray[np.int64]]:
@@ -188,23 +175,23 @@ def _older(folder: Folder, manifest: Manifest, sizes: Sizes, duck: Any) -> tuple
     return [row[0] for row in rows], size, shard
 
 
-def shards_of(twins: NDArray[np.int64], first: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def shards_of(duplicate_of: NDArray[np.int64], first: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Return each photo's shard, and the shard that may have measured the same file before, -1 for most.
 
-    Shards are even runs in the order of names. Twins join the first of them in its shard, as long as that does not
-    grow out of all proportion: a thousand like files go into shards of their own, which wait for the first.
+    Shards are even runs in the order of names. Duplicates join the first of them in its shard, as long as that does
+    not grow out of proportion: a thousand like files go into shards of their own, which wait for the first.
     """
-    n = len(twins)
+    n = len(duplicate_of)
     size = max(1, min(MAX_SHARD, -(-n // SHARDS_OF_A_SMALL_RUN)))
-    leads = (twins < 0) | (twins == np.arange(n))
+    leads = (duplicate_of < 0) | (duplicate_of == np.arange(n))
     home = np.where(leads, (np.cumsum(leads) - 1) // size, -1)
-    home = np.where(leads, home, home[twins])
+    home = np.where(leads, home, home[duplicate_of])
     followers = np.flatnonzero(~leads)
     followers = followers[np.argsort(home[followers], kind="stable")]
     _, begins = np.unique(home[followers], return_index=True)
     rank = np.arange(len(followers)) - np.repeat(begins, np.diff(np.append(begins, len(followers))))
     leads[followers[rank >= COPIES_A_SHARD * size]] = True
     shards = first + (np.cumsum(leads) - 1) // size
-    of_first = np.where(twins < 0, shards, shards[twins])
+    of_first = np.where(duplicate_of < 0, shards, shards[duplicate_of])
     joined = np.where(leads, shards, of_first)
     return joined, np.where(of_first < joined, of_first, -1)

@@ -17,7 +17,7 @@ from typing import Any
 
 from ...errors import ModelError, ProxemetryError
 from .work import Finished, Job, Measurer, Task, quiet_threads
-from .workers import Died, Done, Event, PhotoDone, require_same_networks
+from .workers import Event, PhotoDone, TaskDone, WorkerDied, require_same_networks
 
 _STARTS_BEFORE_GIVING_UP = 3
 _SECONDS_TO_END = 5.0
@@ -109,18 +109,18 @@ class Pool:
         heard = wait(list(sources))
         for worker in {id(sources[s]): sources[s] for s in heard}.values():
             if not self._read(worker):
-                self._bury(worker)
+                self._replace_dead(worker)
 
     def _read(self, worker: _Worker) -> bool:
         """Take in all that a worker has said; return whether it can say more."""
         try:
             while worker.pipe.poll():
-                self._take(worker, worker.pipe.recv())
+                self._receive(worker, worker.pipe.recv())
         except (EOFError, OSError):
             return False
         return worker.process.is_alive() or worker.pipe.poll()
 
-    def _take(self, worker: _Worker, message: Any) -> None:
+    def _receive(self, worker: _Worker, message: Any) -> None:
         match message:
             case ("ready", pose, models):
                 require_same_networks(self.pose, self.models, models)
@@ -132,7 +132,7 @@ class Pool:
                 self._events.append(PhotoDone(worker.task))
             case ("done", Finished() as finished):
                 assert worker.task is not None
-                self._events.append(Done(worker.task, finished))
+                self._events.append(TaskDone(worker.task, finished))
                 worker.task = None
             case ("refused", ProxemetryError() as error):
                 raise error
@@ -141,7 +141,7 @@ class Pool:
             case _:
                 raise RuntimeError(f"a worker said {message!r}")
 
-    def _bury(self, worker: _Worker) -> None:
+    def _replace_dead(self, worker: _Worker) -> None:
         worker.process.join()
         worker.pipe.close()
         how = _end_of(worker.process.exitcode)
@@ -153,7 +153,7 @@ class Pool:
                     "`proxemetry doctor` looks into it"
                 )
         if worker.task is not None:
-            self._events.append(Died(worker.task, how))
+            self._events.append(WorkerDied(worker.task, how))
         self._workers[self._workers.index(worker)] = self._started()
 
     def close(self) -> None:

@@ -97,16 +97,16 @@ def run(
         workers.load()
         identity = Identity(__version__, workers.pose, dict(workers.models), _settings(job))
         _join(folder, identity, there)
-        listed, later = _begun(folder, named, listed, update)
+        listed, pending = _starting_manifest(folder, named, listed, update)
         scan = None if update is None else FileScan(folder, update, is_mine)
-        schedule = Schedule(workers, job, folder, listed, identity.metadata(), on_progress, later, scan, is_mine)
+        schedule = Schedule(workers, job, folder, listed, identity.metadata(), on_progress, pending, scan, is_mine)
         if measured := sum(listed.shard_sizes[s] for s in there if s < listed.n_shards):
             on_progress(Note(f"{measured} of {len(listed)} photos are measured already"))
         found = schedule.run(s for s in range(listed.n_shards) if s not in there and is_mine(s))
         if found.counts.photos and not found.counts.people:
             _require_recorded(job, found.manifest)
         if found.counts.again:
-            on_progress(Note(_said_again(found.counts.again)))
+            on_progress(Note(_remeasured_note(found.counts.again)))
         if update is not None and update.passed_over:
             on_progress(Note(update.passed_over))
     finally:
@@ -173,7 +173,7 @@ def _listed(folder: Folder) -> Manifest | None:
     return listed.moved(last) if moved else listed
 
 
-def _begun(
+def _starting_manifest(
     folder: Folder, named: Search | Sequence[str] | None, listed: Manifest | None, update: ManifestUpdate | None
 ) -> tuple[Manifest, ManifestUpdate | None]:
     """Return the manifest to begin with, and what may still come: a resumed run does not wait for the walk."""
@@ -187,7 +187,7 @@ def _begun(
     return update.result(), None
 
 
-def _said_again(count: int) -> str:
+def _remeasured_note(count: int) -> str:
     if count == 1:
         return "1 photo had been replaced since it was measured, and was measured again"
     return f"{count} photos had been replaced since they were measured, and were measured again"
@@ -282,11 +282,11 @@ def _concluded(
         last = {**fields, "safe_distance_m": safe_distance_m, "photos_in": photos_in}
         if last != fields:
             write_run(folder, last)
-        _tell_of_corrections(results, on_progress)
+        _note_lost_corrections(results, on_progress)
     return outcome
 
 
-def _tell_of_corrections(results: Results, on_progress: Callable[[Progress | Note], None]) -> None:
+def _note_lost_corrections(results: Results, on_progress: Callable[[Progress | Note], None]) -> None:
     """Say so where somebody corrected a file that is not among the photos any more: work that no number shows."""
     lost = results.corrections_of_no_photo()
     if lost:

@@ -13,7 +13,7 @@ from ..store.parts import Counts, Record
 from .changed_files import ChangedFiles, FileScan
 from .manifest_update import ManifestUpdate
 from .work import Finished, Job, Task, died
-from .workers import Died, Done, PhotoDone, WorkerPool
+from .workers import PhotoDone, TaskDone, WorkerDied, WorkerPool
 
 #: How often a photo may end the process that measures it, before its row says so: a process may also be killed by
 #: whoever else needs the memory.
@@ -59,8 +59,8 @@ class SingleFileRetry:
 class Schedule:
     """One pass over the shards of a run; on_progress is called with every step.
 
-    is_mine: which shards this run does. later: photos that may come while it works. changed: photos that may have to be
-    measured again.
+    is_mine: which shards this run does. update: photos that may be added while it works. scan: photos that may have
+    to be measured again.
     """
 
     workers: WorkerPool
@@ -69,28 +69,28 @@ class Schedule:
     manifest: InitVar[Manifest]
     metadata: Mapping[str, str]
     on_progress: Callable[[Progress | Note], None] = lambda _: None
-    later: InitVar[ManifestUpdate | None] = None
-    changed: InitVar[FileScan | None] = None
+    update: InitVar[ManifestUpdate | None] = None
+    scan: InitVar[FileScan | None] = None
     is_mine: Callable[[int], bool] = lambda _: True
 
-    def __post_init__(self, manifest: Manifest, later: ManifestUpdate | None, changed: FileScan | None) -> None:
-        self._manifest, self._later, self._changed = manifest, later, changed
+    def __post_init__(self, manifest: Manifest, update: ManifestUpdate | None, scan: FileScan | None) -> None:
+        self._manifest, self._update, self._scan = manifest, update, scan
         self._waiting: deque[int] = deque()
         self._unfinished: set[int] = set()
         self._alone: deque[Task] = deque()
-        self._apart: dict[int, SingleFileRetry] = {}
+        self._retries: dict[int, SingleFileRetry] = {}
         self._running: dict[Task, int] = {}
         self._counts, self._photos, self._total = Counts(), 0, 0
 
     def run(self, shards: Iterable[int]) -> Pass:
-        """Measure these shards, and what comes later; raises OutputError where a part cannot be written."""
+        """Measure these shards, and what is added meanwhile; raises OutputError where a part cannot be written."""
         self._extend(shards)
         while True:
             busy = bool(self._waiting or self._alone or self._running)
-            if self._later is not None and (not busy or self._later.done()):
-                self._take_in(self._later.result())
-            elif self._changed is not None and (not busy or self._changed.done()):
-                self._take_up(self._changed.result())
+            if self._update is not None and (not busy or self._update.done()):
+                self._use_updated(self._update.result())
+            elif self._scan is not None and (not busy or self._scan.done()):
+                self._remeasure(self._scan.result())
             elif not busy:
                 return Pass(self._manifest, self._counts)
             else:
@@ -103,16 +103,16 @@ class Schedule:
         self._total += sum(self._manifest.shard_sizes[s] for s in new)
         if new:
             self.workers.expect(self._total - self._photos)
-            self._tell()
+            self._report()
 
-    def _take_in(self, manifest: Manifest) -> None:
-        """Go on with the whole manifest, which has what came later."""
-        before, self._manifest, self._later = self._manifest.n_shards, manifest, None
+    def _use_updated(self, manifest: Manifest) -> None:
+        """Go on with the whole manifest, photos that were added included."""
+        before, self._manifest, self._update = self._manifest.n_shards, manifest, None
         self._extend(s for s in range(before, manifest.n_shards) if self.is_mine(s))
 
-    def _take_up(self, found: ChangedFiles) -> None:
+    def _remeasure(self, found: ChangedFiles) -> None:
         """Do the shards again in which photos are not what was measured."""
-        self._changed = None
+        self._scan = None
         if found.gone:
             which = "photo that was measured is", "photos that were measured are"
             self._note(
@@ -120,8 +120,8 @@ class Schedule:
                 "moved keeps its rows until --restart, beside those under its new name"
             )
         if found.unlike:
-            said = _counted(found.unlike, "photo has", "photos have")
-            self._note(f"{said} another size or date than when measured: what is another picture is measured again")
+            counted = _counted(found.unlike, "photo has", "photos have")
+            self._note(f"{counted} another size or date than when measured: what is another picture is measured again")
         self._extend(sorted(found.shards - self._unfinished))
 
     def _note(self, text: str) -> None:
@@ -132,7 +132,7 @@ class Schedule:
             self._running[task] = 0
             self.workers.submit(task)
         for event in self.workers.wait():
-            self._hear(event)
+            self._handle(event)
 
     def _next(self) -> Task | None:
         """Return the next task; a shard with copies of photos whose shard is being measured has to wait for that."""
@@ -147,30 +147,30 @@ class Schedule:
                 break
         return None
 
-    def _hear(self, event: PhotoDone | Done | Died) -> None:
+    def _handle(self, event: PhotoDone | TaskDone | WorkerDied) -> None:
         errors: tuple[str, ...] = ()
-        if self._changed is not None:
-            self._changed.begin()  # the first photo does not wait for it
+        if self._scan is not None:
+            self._scan.begin()  # the first photo does not wait for it
         match event:
             case PhotoDone(task):
                 self._running[task] += 1
-            case Done(task, finished):
+            case TaskDone(task, finished):
                 del self._running[task]
                 errors = finished.errors
                 self._collect(task, finished)
-            case Died(task, how):
+            case WorkerDied(task, how):
                 del self._running[task]
                 self._retry(task, how)
-        self._tell(errors)
+        self._report(errors)
 
-    def _tell(self, errors: tuple[str, ...] = ()) -> None:
+    def _report(self, errors: tuple[str, ...] = ()) -> None:
         done = self._photos + sum(self._running.values())
         self.on_progress(Progress(done, self._total, self._counts.failed, errors))
 
     def _collect(self, task: Task, finished: Finished) -> None:
         if task.alone:
             assert finished.record is not None
-            self._keep(task.shard, task.items[0], finished.record)
+            self._keep_retried(task.shard, task.items[0], finished.record)
         else:
             self._add(finished.counts)
             self._unfinished.discard(task.shard)
@@ -181,25 +181,25 @@ class Schedule:
 
     def _retry(self, task: Task, how: str) -> None:
         """Measure the photos of a lost shard one by one; one that ends its process again becomes a row."""
-        apart = self._apart.setdefault(task.shard, SingleFileRetry())
+        retry = self._retries.setdefault(task.shard, SingleFileRetry())
         if len(task.items) == 1:  # it was this photo, or bad luck: once more will tell
             (item,) = task.items
-            apart.deaths[item.photo] = apart.deaths.get(item.photo, 0) + 1
+            retry.deaths[item.photo] = retry.deaths.get(item.photo, 0) + 1
         for item in task.items:
-            if apart.deaths.get(item.photo, 0) < _TRIES:
+            if retry.deaths.get(item.photo, 0) < _TRIES:
                 self._alone.append(Task(task.shard, (item,), task.metadata, alone=True))
             else:
-                self._keep(task.shard, item, died(item, how, self.job, self.workers.pose, self.workers.models))
+                self._keep_retried(task.shard, item, died(item, how, self.job, self.workers.pose, self.workers.models))
 
-    def _keep(self, shard: int, item: Item, record: Record) -> None:
+    def _keep_retried(self, shard: int, item: Item, record: Record) -> None:
         """Keep a row of a shard measured photo by photo; with the last of them the part is written."""
-        rows = self._apart[shard].rows
+        rows = self._retries[shard].rows
         rows[item.photo] = record
         self._add(record.counts)
         items = self._manifest.items(shard)
         if len(rows) == len(items):
             parts.write(self.folder, shard, [rows[i.photo] for i in items], self.metadata)
-            del self._apart[shard]
+            del self._retries[shard]
             self._unfinished.discard(shard)
 
 

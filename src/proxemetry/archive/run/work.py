@@ -102,7 +102,7 @@ class Measurer:
         Where the part is there already, the rows of files that are still the same are kept.
         """
         measured: dict[str, Scene] = {}
-        before = parts.earlier(self.folder, task.shard)
+        before = parts.previous_rows(self.folder, task.shard)
         for item in task.items:
             file, known = FileState.of(item.location), before.get(item.photo)
             if known is None:
@@ -117,7 +117,7 @@ class Measurer:
 
     def _record(self, item: Item, file: FileState | None, measured: dict[str, Scene]) -> Record:
         """Return the row of a photo; `measured` is what this task measured of files that may have copies."""
-        may_be_copy = (item.twin, item.original_shard) != (None, None) and not self._names_matter
+        may_be_copy = (item.duplicate_of, item.original_shard) != (None, None) and not self._names_matter
         sha256 = _sha256(item) if may_be_copy else ""
         if sha256 in measured:
             return record_of(measured[sha256].renamed(item.photo), file)

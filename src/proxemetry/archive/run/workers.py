@@ -18,7 +18,7 @@ class PhotoDone:
 
 
 @dataclass(frozen=True)
-class Done:
+class TaskDone:
     """A task is done."""
 
     task: Task
@@ -26,14 +26,14 @@ class Done:
 
 
 @dataclass(frozen=True)
-class Died:
+class WorkerDied:
     """The worker that had a task is gone."""
 
     task: Task
     how: str
 
 
-Event = PhotoDone | Done | Died
+Event = PhotoDone | TaskDone | WorkerDied
 
 
 class WorkerPool(Protocol):
@@ -123,7 +123,7 @@ class InlineWorker:
         task = self._waiting.pop()
         ticks: list[Event] = []
         finished = self._measurer.run(task, lambda: ticks.append(PhotoDone(task)))
-        return [*ticks, Done(task, finished)]
+        return [*ticks, TaskDone(task, finished)]
 
     def close(self) -> None:
         """Nothing to end."""

@@ -32,13 +32,13 @@ _SHARDS_AT_ONCE = 64
 class Item:
     """One photo of a shard. location: path or URL, None where only keypoints are recorded.
 
-    twin: photos of one shard with the same number may be copies of one file (same size, same end). original_shard: an
-    earlier shard that may have measured the same file.
+    duplicate_of: photos of one shard with the same number may be copies of one file (same size, same end); the column
+    is called `twin` in the file. original_shard: an earlier shard that may have measured the same file.
     """
 
     photo: str
     location: str | None
-    twin: int | None = None
+    duplicate_of: int | None = None
     original_shard: int | None = None
 
 
@@ -80,9 +80,9 @@ class Manifest:
             {"paths": paths(self.folder), "first": first, "end": end},
         )
         found: dict[int, list[Item]] = {}
-        for shard, photo, twin, original in rows.fetchall():
+        for shard, photo, duplicate_of, original in rows.fetchall():
             location = None if root is None else locate(root, photo)
-            found.setdefault(shard, []).append(Item(photo, location, twin, original))
+            found.setdefault(shard, []).append(Item(photo, location, duplicate_of, original))
         return found
 
     def names(self, duck: Any = None) -> Iterator[str]:

@@ -235,7 +235,7 @@ def _these(photos: Iterable[str] | None, files: Iterable[str] | None) -> dict[st
     return {"names": sorted(set(photos or ())), "files": sorted(set(files or ()))}
 
 
-def earlier(folder: Folder, shard: int) -> dict[str, PreviousRow]:
+def previous_rows(folder: Folder, shard: int) -> dict[str, PreviousRow]:
     """Return what a shard's part says of each of its photos, nothing where the part is not there."""
     if not folder.exists(name_of(shard)):
         return {}

@@ -41,17 +41,17 @@ class PassedOver:
 
     def __str__(self) -> str:
         """One line, "" where nothing was left out."""
-        said: list[str] = []
+        parts: list[str] = []
         if self.endings:
             often = sorted(self.endings.items(), key=lambda found: (-found[1], found[0]))[:_ENDINGS_SHOWN]
             shown = ", ".join(f"{count} {ending}" for ending, count in often)
             rest = len(self.endings) - _ENDINGS_SHOWN
             more = f" and {rest} more endings" if rest > 0 else ""
-            said.append(f"{_counted(self.endings.total(), 'file')} passed over by their endings ({shown}{more})")
+            parts.append(f"{_counted(self.endings.total(), 'file')} passed over by their endings ({shown}{more})")
         if self.folders:
             names = ", ".join(sorted(self.folders)[:_ENDINGS_SHOWN])
-            said.append(f"{_counted(self.folders.total(), 'folder')} of thumbnails left out ({names})")
-        return "; ".join(said)
+            parts.append(f"{_counted(self.folders.total(), 'folder')} of thumbnails left out ({names})")
+        return "; ".join(parts)
 
 
 _ENDINGS_SHOWN = 6
@@ -90,24 +90,18 @@ def locate(root: str, name: str) -> str:
 class Search:
     """What was named, before any folder is walked.
 
-    found: files named outright. without: a folder that is not walked. names: all of them, where they are known already.
+    found: files named outright. without: a folder that is not walked. given: the paths as they were given.
     """
 
     root: str
     folders: tuple[str, ...] = ()
     found: tuple[str, ...] = ()
-    said: str = ""
+    given: str = ""
     without: str = ""
-    names: tuple[str, ...] | None = None
-
-    @classmethod
-    def of(cls, listing: Listing) -> Search:
-        """Return the search that finds a listing."""
-        return cls(listing.root, names=listing.names)
 
     def any(self) -> bool:
         """Return whether there is a photo at all, looking no further than the first; a store is taken to have some."""
-        if self.names or self.found or is_url(self.root):
+        if self.found or is_url(self.root):
             return True
         return any(True for folder in self.folders for _ in _files(folder, self.without))
 
@@ -116,8 +110,6 @@ class Search:
 
         stop: asked now and then whether to end early, with what was found so far.
         """
-        if self.names is not None:
-            return Listing(self.root, self.names)
         files, passed = list(self.found), PassedOver()
         for folder in self.folders:
             files.extend(_files(folder, self.without, stop, passed))
@@ -137,7 +129,7 @@ class Search:
 
     def nothing(self) -> SettingsError:
         """Return what to raise where no photo is found."""
-        return SettingsError(f"{self.said}: no photos there ({' '.join(EXTENSIONS)} are looked for)")
+        return SettingsError(f"{self.given}: no photos there ({' '.join(EXTENSIONS)} are looked for)")
 
 
 def find_photos(paths: Sequence[str]) -> Listing:
