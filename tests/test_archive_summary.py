@@ -17,6 +17,7 @@ from proxemetry.archive.review.corrections import FILE, Log
 from proxemetry.archive.run.run import run
 from proxemetry.archive.run.work import Job
 from proxemetry.archive.store.results import Results
+from proxemetry.camera import FocalBasis
 from proxemetry.cli import main
 from proxemetry.distances import ZONES, zone_of
 from proxemetry.errors import OutputError, SettingsError
@@ -31,11 +32,12 @@ def results_of(folder, photos, pairs):
     duck = duckdb.connect()
     duck.execute(
         "CREATE TABLE photos (photo VARCHAR, sha256 VARCHAR, date VARCHAR, country VARCHAR, n_people INTEGER, "
-        "status VARCHAR, n_pairs INTEGER)"
+        "status VARCHAR, n_pairs INTEGER, focal_basis VARCHAR)"
     )
     with_pairs = Counter(p for p, d in pairs if d is not None)
-    listed = [(*(*p, "ok")[:6], with_pairs[p[0]]) for p in photos]
-    duck.executemany("INSERT INTO photos VALUES (?, ?, ?, ?, ?, ?, ?)", listed)
+    bases = list(FocalBasis)
+    listed = [(*(*p, "ok")[:6], with_pairs[p[0]], bases[k % len(bases)]) for k, p in enumerate(photos)]
+    duck.executemany("INSERT INTO photos VALUES (?, ?, ?, ?, ?, ?, ?, ?)", listed)
     zones = ", ".join(f"p_{z} DOUBLE" for z in ZONES)
     duck.execute(f"CREATE TABLE pairs (photo VARCHAR, distance_m DOUBLE, {zones})")
     rows = [(p, d, *(float(zone_of(math.nan if d is None else d) == z) for z in ZONES)) for p, d in pairs]
@@ -66,6 +68,17 @@ def test_figures_are_those_counted_by_hand(small):
     assert all_of_them.pairs_m.value == 1.1
     assert all_of_them.nearest_m.value == 1.1  # of 0.3, 1.1 and 5.0, each twice
     assert [z.value for z in all_of_them.zones] == pytest.approx([0.2, 0.4, 0.2, 0.2])
+
+
+def test_focal_lengths_are_counted_by_what_they_rest_on(small, capsys):
+    (all_of_them,) = summarise(small).groups
+    assert all_of_them.bases == dict.fromkeys(FocalBasis, 1)
+    by_year = {g.key[0]: [b for b, n in g.bases.items() if n] for g in summarise(small, ["year"]).groups}
+    assert by_year == {"1990": ["stated", "recorded"], "2001": ["estimated"], None: ["assumed"]}
+    assert main(["summary", small.folder.location]) == 0
+    assert "1 stated, 1 recorded in the file, 1 estimated, 1 ASSUMED" in capsys.readouterr().out
+    (row,) = summarise(small).rows()
+    assert row["n_focal_estimated"] == 1
 
 
 def test_pairs_count_for_zones_by_their_probabilities():
@@ -135,7 +148,7 @@ def group_of(distances, photo, zones=None):
     if zones is None:
         zones = np.array([[float(zone_of(d) == z) for z in ZONES] for d in metres])
     pairs = {**rows, "distance_m": metres, **{f"p_{z}": zones[:, k] for k, z in enumerate(ZONES)}}
-    (group,) = _groups([(10, 20)], pairs, {**rows, "nearest_m": metres})
+    (group,) = _groups([(0, 0, 0, 0, 10, 20)], pairs, {**rows, "nearest_m": metres})
     return group
 
 

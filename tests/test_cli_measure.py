@@ -92,7 +92,7 @@ def test_a_photo_without_focal_length_lists_its_people(measure, tmp_path):
     (row,) = table(tmp_path / "out", "photos")
     assert (row["status"], row["n_pairs"], row["focal_assumed"]) == ("ok", "1", "true")
     assert row["focal_source"] == "ASSUMED: as published photos are" and float(row["focal_rel_sd"]) > 0.3
-    assert "1 with an ASSUMED focal length" in out and "--focal-35mm 35" in out and "Warning" not in err
+    assert "focal lengths: 1 ASSUMED\n" in out and "--focal-35mm 35" in out and "Warning" not in err
     (pair,) = table(tmp_path / "out", "pairs")
     assert float(pair["low_m"]) < float(pair["distance_m"]) < float(pair["high_m"])
     code, out, _ = measure(tmp_path / "photos" / "b.bmp", "--no-assume", "--restart")
@@ -110,7 +110,7 @@ def test_a_photo_without_focal_length_lists_its_people(measure, tmp_path):
 def test_assumed_focal_lengths_are_counted(measure, tmp_path):
     write_photos(tmp_path / "photos", 2)
     _, out, _ = measure(tmp_path / "photos", "--focal-35mm", "28")
-    assert "photos   2: 2 measured (2 with an ASSUMED focal length)" in out
+    assert "photos   2: 2 measured\n         focal lengths: 2 ASSUMED\n" in out
 
 
 def test_a_bug_in_one_photo_is_a_row_and_shows_its_traceback(measure, tmp_path):

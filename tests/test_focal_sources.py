@@ -6,7 +6,7 @@ import json
 
 import pytest
 
-from proxemetry.camera import Camera, CameraEstimate, Doubt, Flag, FocalSource, Source
+from proxemetry.camera import Camera, CameraEstimate, Doubt, Flag, FocalBasis, FocalSource, Source
 
 
 @pytest.mark.parametrize("kind", FocalSource)
@@ -42,3 +42,10 @@ def test_a_new_focal_length_settles_doubts_about_the_old_one_alone() -> None:
     kept = {doubt for doubt in Doubt if not doubt.is_settled_by_focal}
     assert kept == {Doubt.CROPPED, Doubt.ZOOMED, Doubt.LENS, Doubt.PROJECTION, Doubt.MOUNT, Doubt.OTHER}
     assert str(Flag(Doubt.CROPPED, "cropped (x)")) == "cropped (x)"
+
+
+def test_every_source_rests_on_one_basis() -> None:
+    for source in FocalSource:
+        found = [source.is_stated, source.is_recorded, source.is_estimated, source.is_assumed]
+        assert found.count(True) == 1
+        assert list(FocalBasis)[found.index(True)] is source.basis

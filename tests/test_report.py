@@ -202,7 +202,7 @@ def test_the_methods_paragraph_has_the_run_s_own_figures(tmp_path, capsys):
     assert main(["summary", results.folder.location, "--methods"]) == 0
     said = " ".join(capsys.readouterr().out.split())
     assert "in 6 photographs with proxemetry" in said and "pose back end drawn" in said
-    assert "In 1 of the 4 measured photographs (25%) the focal length was assumed" in said
+    assert "Of the 4 measured photographs, the focal length was assumed in 1 (25%)" in said
     assert "1 had no usable focal length; 1 could not be read" in said
     assert "13 people were found" in said and "which gave 19 pairs" in said
     write_report(results.folder.location)

@@ -152,7 +152,7 @@ def test_what_is_found_becomes_a_camera() -> None:
     estimate = calibrate(crowd(1500, 20), WIDTH, HEIGHT)
     camera = estimate.camera
     assert camera is not None and camera.f_px == pytest.approx(1500, rel=0.03)
-    assert str(camera.source) == "people: 6 upright, camera pitched 20 degrees"
+    assert str(camera.source) == "estimated from people: 6 upright, camera pitched 20 degrees"
     assert 1.645 * camera.focal_rel_sd <= math.log1p(WIDEST)
     assert (camera.cx, camera.cy) == (WIDTH / 2, HEIGHT / 2)
     (candidate,) = estimate.candidates
@@ -223,10 +223,12 @@ def test_people_stand_between_metadata_and_an_assumption() -> None:
         camera = choose_camera(photo, seen, request, None, None).camera
         return camera and str(camera.source).partition(":")[0]
 
-    assert source(FocalRequest(), people) == "people"
-    assert source(FocalRequest(assume=False), people) == "people"
+    of_people = "estimated from people"
+
+    assert source(FocalRequest(), people) == of_people
+    assert source(FocalRequest(assume=False), people) == of_people
     assert source(FocalRequest(), people[:2]) == "ASSUMED"
-    assert source(FocalRequest(assume_fov_deg=60), people) == "people"
+    assert source(FocalRequest(assume_fov_deg=60), people) == of_people
     assert source(FocalRequest(focal_px=1400), people) == "user"
     assert source(FocalRequest(assume_fov_deg=60), people[:2]) == "ASSUMED"
     estimate = choose_camera(photo, people[:2], FocalRequest(assume=False), None, None)

@@ -3,7 +3,7 @@
 from .camera import NO_DISTORTION, Camera
 from .estimate import CameraEstimate, Candidate
 from .mount import FloorFrame, Mount
-from .sources import Doubt, Flag, FocalSource, Source
+from .sources import Doubt, Flag, FocalBasis, FocalSource, Source
 
 __all__ = [
     "NO_DISTORTION",
@@ -13,6 +13,7 @@ __all__ = [
     "Doubt",
     "Flag",
     "FloorFrame",
+    "FocalBasis",
     "FocalSource",
     "Mount",
     "Source",

@@ -8,6 +8,15 @@ from enum import StrEnum
 from typing import Any
 
 
+class FocalBasis(StrEnum):
+    """What a focal length rests on: a person's word, the photo's file, the picture or its like, or a guess."""
+
+    STATED = "stated"
+    RECORDED = "recorded"
+    ESTIMATED = "estimated"
+    ASSUMED = "assumed"
+
+
 class FocalSource(StrEnum):
     """Who or what gave a focal length. The values are those of the JSON form."""
 
@@ -41,9 +50,23 @@ class FocalSource(StrEnum):
         return self in (FocalSource.FOCAL_PLANE, FocalSource.EQUIVALENT, FocalSource.CROP_FACTOR)
 
     @property
+    def is_estimated(self) -> bool:
+        """Whether it was found out from what photos show: people, straight lines, other photos of the camera."""
+        return self in (FocalSource.PEOPLE, FocalSource.LINES, FocalSource.SAME_CAMERA)
+
+    @property
     def is_assumed(self) -> bool:
         """Whether it is a guess: nobody measured it and nothing recorded it."""
         return self in (FocalSource.ASSUMED_EQUIVALENT, FocalSource.ASSUMED_FOV, FocalSource.ASSUMED_PRIOR)
+
+    @property
+    def basis(self) -> FocalBasis:
+        """What it rests on, the one of four that counts are made by."""
+        if self.is_stated:
+            return FocalBasis.STATED
+        if self.is_recorded:
+            return FocalBasis.RECORDED
+        return FocalBasis.ESTIMATED if self.is_estimated else FocalBasis.ASSUMED
 
 
 _WORDS = {
@@ -54,9 +77,9 @@ _WORDS = {
     FocalSource.FOCAL_PLANE: "EXIF focal length and focal plane resolution",
     FocalSource.EQUIVALENT: "EXIF 35 mm equivalent",
     FocalSource.CROP_FACTOR: "EXIF focal length and crop factor",
-    FocalSource.PEOPLE: "people",
-    FocalSource.LINES: "straight lines",
-    FocalSource.SAME_CAMERA: "other photos of the same camera",
+    FocalSource.PEOPLE: "estimated from people",
+    FocalSource.LINES: "estimated from straight lines",
+    FocalSource.SAME_CAMERA: "estimated from other photos of the same camera",
     FocalSource.ASSUMED_EQUIVALENT: "ASSUMED: 35 mm equivalent",
     FocalSource.ASSUMED_FOV: "ASSUMED: field of view",
     FocalSource.ASSUMED_PRIOR: "ASSUMED: as published photos are",

@@ -82,7 +82,7 @@ def without_statement(
         best = max(evidence, key=lambda e: _information(prior, e.likelihood))
         source, doubt = Source(best.kind, best.detail), Doubt.ESTIMATED
         between = f"{math.exp(low) * unit:.0f} to {math.exp(high) * unit:.0f} px"
-        text = f"focal length from {'the people' if best.kind is FocalSource.PEOPLE else best.kind.words}: {between}"
+        text = f"focal length {best.kind.words}: {between}"
     else:
         source, doubt = Source(FocalSource.ASSUMED_PRIOR), Doubt.ASSUMED
         text = f"focal length {source}"

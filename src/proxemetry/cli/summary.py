@@ -10,10 +10,12 @@ import textwrap
 from pathlib import Path
 from typing import IO, Any
 
+from ..archive.figures.focal_bases import in_words
 from ..archive.figures.grouping import GROUPINGS, UNKNOWN
 from ..archive.figures.summary import Summary, summarise
 from ..archive.store.folder import Folder
 from ..archive.store.results import Results
+from ..camera import FocalBasis
 from ..distances import ZONES
 from ..files import cell_of
 from . import DONE
@@ -103,6 +105,9 @@ def _print(summary: Summary) -> None:
         print("  ".join(cells).rstrip())
     print("nearest m: median distance to the nearest other person; zones: shares of all pairs, by their probabilities;")
     print("all pairs m: median distance of all pairs, which in crowds is mostly the size of the crowd")
+    bases = {basis: sum(group.bases[basis] for group in summary.groups) for basis in FocalBasis}
+    if any(bases.values()):
+        print(f"focal lengths of the measured photos: {in_words(bases)}; by group in --csv")
     if any(not math.isnan(group.pairs_m.low) for group in summary.groups):
         print("[ ]: 90 % intervals of where a figure may lie if the photos are a sample; none where they are too few")
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from ..archive.figures.focal_bases import in_words
 from ..archive.figures.totals import PhotoLine, Totals, failures, photo_lines, totals
 from ..archive.store.folder import Folder
 from ..archive.store.results import Results
@@ -84,13 +85,9 @@ def _print_totals(counts: Totals) -> None:
         )
         if count
     ]
-    marked = [
-        f"{count} with an {word} focal length"
-        for count, word in ((counts.assumed, "ASSUMED"), (counts.estimated, "estimated"))
-        if count
-    ]
-    assumed = f" ({', '.join(marked)})" if marked else ""
-    print(f"photos   {counts.photos}: {counts.measured} measured{assumed}{''.join(', ' + r for r in rest)}")
+    print(f"photos   {counts.photos}: {counts.measured} measured{''.join(', ' + r for r in rest)}")
+    if counts.measured:
+        print(f"         focal lengths: {in_words(counts.bases)}")
     if counts.nearest_m is None:
         print(f"people   {counts.people}")
     else:

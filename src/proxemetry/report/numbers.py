@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from ..archive.figures.focal_bases import focal_bases
 from ..archive.figures.grouping import UNKNOWN, sql_of
 from ..archive.figures.summary import Share
 from ..archive.store.duck import attached, quoted
 from ..archive.store.folder import Folder
 from ..arrays import FloatArray
+from ..camera import FocalBasis
 from ..distances import ZONE_LIMITS_M, ZONES
 from ..intervals import HALF_WIDTH_SD
 
@@ -81,7 +83,7 @@ class Numbers:
     corrected: int
     statuses: list[tuple[str, int]]
     measured: int
-    assumed: int
+    bases: Mapping[FocalBasis, int]
     refusals: list[tuple[str, int]]
     unplaced: list[tuple[str, int]]
     focal_sources: list[tuple[str, int]]
@@ -112,7 +114,7 @@ def count(folder: Folder, group_by: str, n_sample: int, n_listed: int) -> Number
         return duck.execute(query).fetchone()
 
     photos, corrected = one("SELECT count(*), coalesce(sum(CAST(corrections > 0 AS INTEGER)), 0) FROM report_photos")
-    measured, assumed = one("SELECT count(*), count(*) FILTER (focal_assumed) FROM report_photos WHERE status = 'ok'")
+    (measured,) = one("SELECT count(*) FROM report_photos WHERE status = 'ok'")
     (people,) = one("SELECT count(*) FROM report_people")
     pairs, on_ground = one(
         "SELECT count(*), coalesce(avg(CAST(on_ground AS DOUBLE)), 0) FROM report_pairs WHERE distance_m NOTNULL"
@@ -124,7 +126,7 @@ def count(folder: Folder, group_by: str, n_sample: int, n_listed: int) -> Number
         corrected=int(corrected),
         statuses=_counted(duck, "status", "report_photos"),
         measured=int(measured),
-        assumed=int(assumed),
+        bases=focal_bases(duck, "report_photos"),
         refusals=_counted(duck, _WHY, "report_photos WHERE status != 'ok'"),
         unplaced=_counted(duck, "reason", "report_people WHERE x_m IS NULL AND reason IS NOT NULL"),
         focal_sources=_counted(duck, "coalesce(focal_source, 'unknown')", "report_photos WHERE status != 'failed'"),

@@ -8,6 +8,8 @@ from collections.abc import Mapping, Sequence
 from html import escape
 from typing import Any
 
+from ..archive.figures.focal_bases import WORDS
+from ..camera import FocalBasis
 from ..distances import UNCERTAIN, ZONES
 from ..plots.pair_selection import metres_text
 from .charts import histogram, legend, zone_bar
@@ -103,10 +105,11 @@ def _distances(numbers: Numbers) -> str:
 
 
 def _on_assumptions(numbers: Numbers) -> str:
-    if not numbers.assumed:
+    assumed = numbers.bases[FocalBasis.ASSUMED]
+    if not assumed:
         return ""
     return (
-        f"<p><strong>In {numbers.assumed:,} of {_many(numbers.measured, 'measured photo', 'measured photos')} the "
+        f"<p><strong>In {assumed:,} of {_many(numbers.measured, 'measured photo', 'measured photos')} the "
         "focal length is ASSUMED.</strong> Where one assumption for many photos is wrong, all their distances are "
         "wrong the same way, and these brackets do not hold that.</p>"
     )
@@ -168,10 +171,13 @@ def _refusals(numbers: Numbers) -> str:
 
 
 def _cameras(numbers: Numbers) -> str:
+    bases = [(words, numbers.bases[basis]) for basis, words in WORDS.items() if numbers.bases[basis]]
     return (
         "<section><h2>Where the focal lengths came from</h2><p>Depth is proportional to the focal "
         "length, the distance of two people side by side hardly depends on it. "
-        "ASSUMED is a guess, with an interval to match.</p>"
+        "Estimated ones were found in the picture itself, from straight lines, people or other photos of the camera, "
+        "each with its interval; ASSUMED is a guess, with an interval to match.</p>"
+        f"{_counts('Measured photos', bases)}"
         f"{_counts('Sources', numbers.focal_sources)}{_counts('Doubts about cameras', numbers.flags)}</section>"
     )
 

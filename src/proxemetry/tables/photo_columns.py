@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
+from ..camera import FocalBasis, FocalSource
 from ..scene import STATUSES, Scene
 from .column import Column, Value
 
@@ -20,6 +21,14 @@ def _camera(attribute: str) -> Callable[[Scene], Value]:
 
 def _focal_source(scene: Scene) -> Value:
     return None if scene.camera.source is None else str(scene.camera.source)
+
+
+def _focal_kind(scene: Scene) -> Value:
+    return None if scene.camera.source is None else scene.camera.source.kind.value
+
+
+def _focal_basis(scene: Scene) -> Value:
+    return None if scene.camera.source is None else scene.camera.source.kind.basis.value
 
 
 def _assumed(scene: Scene) -> Value:
@@ -69,6 +78,22 @@ PHOTOS = (
     Column("seconds", "DOUBLE", "s", "computing time", lambda s: s.seconds),
     Column("focal_rel_sd", "DOUBLE", "", "relative standard deviation of the focal length", _camera("focal_rel_sd")),
     Column("focal_assumed", "BOOLEAN", "", "true: the focal length is a guess, as focal_source says", _assumed),
+    Column(
+        "focal_basis",
+        "VARCHAR",
+        "",
+        "what the focal length rests on: a statement, the photo's file, lines, people or other photos, or a guess",
+        _focal_basis,
+        tuple(basis.value for basis in FocalBasis),
+    ),
+    Column(
+        "focal_kind",
+        "VARCHAR",
+        "",
+        "what gave the focal length, as one word",
+        _focal_kind,
+        tuple(source.value for source in FocalSource),
+    ),
     Column("camera_flags", "VARCHAR", "", "what is doubtful about the camera", _camera_flags),
     Column("camera_height_m", "DOUBLE", "m", "height of the camera above the floor", _floor("height_m")),
     Column("camera_pitch_deg", "DOUBLE", "deg", "camera pitch, positive looks down", _floor("pitch_rad", _DEGREES)),

@@ -5,9 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from ...camera import FocalBasis
 from ...intervals import LEVEL
 from ..store.folder import Folder
 from ..store.parts import attached, quoted
+from .focal_bases import focal_bases
 
 _WHAT_METHODS_DO = {
     "scene": (
@@ -36,7 +38,7 @@ def methods_paragraph(run: Mapping[str, Any], tables: Folder) -> str:
         duck,
         "SELECT count(*) photos, count(*) FILTER (status = 'ok') measured, count(*) FILTER (status = 'failed') failed, "
         "count(*) FILTER (status = 'no_camera') no_camera, count(*) FILTER (status = 'excluded') excluded, "
-        "count(*) FILTER (status = 'ok' AND focal_assumed) assumed, count(*) FILTER (corrections > 0) corrected "
+        "count(*) FILTER (corrections > 0) corrected "
         f"FROM {photos}",
     )
     found = _one(duck, f"SELECT count(*) people, count(x_m) placed, median(nearest_m) nearest FROM {people}")
@@ -50,7 +52,7 @@ def methods_paragraph(run: Mapping[str, Any], tables: Folder) -> str:
         f"Interpersonal distances were measured in {_many(counts['photos'], 'photograph')} with proxemetry "
         f"{run.get('version')}. People were found by the pose back end {run.get('pose')}. "
         f"{_WHAT_METHODS_DO.get(method, _ONE_LENGTH.format(method=method))}",
-        _focal_sentence(counts),
+        _focal_sentence(focal_bases(duck, photos)),
         _left_out(counts),
         f"In all, {_many(found['people'], 'person', 'people')} were found, of whom {found['placed']:,} could be "
         f"placed, which gave {_many(measured['pairs'], 'pair')}.",
@@ -70,16 +72,28 @@ def methods_paragraph(run: Mapping[str, Any], tables: Folder) -> str:
 _TABLES = ("photos", "people", "pairs")
 
 
-def _focal_sentence(counts: dict[str, Any]) -> str:
-    if not counts["measured"]:
+def _focal_sentence(counts: Mapping[FocalBasis, int]) -> str:
+    measured = sum(counts.values())
+    if not measured:
         return ""
-    if not counts["assumed"]:
+    guessed = [
+        f"{verb} in {counts[basis]:,} ({counts[basis] / measured:.0%})"
+        for basis, verb in _GUESSED.items()
+        if counts[basis]
+    ]
+    if not guessed:
         return "Focal lengths came from the files' metadata or were stated."
-    share = counts["assumed"] / counts["measured"]
     return (
-        f"In {counts['assumed']:,} of the {counts['measured']:,} measured photographs ({share:.0%}) the focal length "
-        "was assumed; the intervals there hold that uncertainty."
+        f"Of the {measured:,} measured photographs, the focal length was {' and '.join(guessed)}; the intervals there "
+        "hold that uncertainty."
     )
+
+
+#: What is neither the files' nor the user's word.
+_GUESSED = {
+    FocalBasis.ESTIMATED: "estimated from the picture (straight lines, people, other photos of the same camera)",
+    FocalBasis.ASSUMED: "assumed",
+}
 
 
 def _left_out(counts: dict[str, Any]) -> str:

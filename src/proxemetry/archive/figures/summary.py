@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Any
@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from ...arrays import FloatArray, IntArray
+from ...camera import FocalBasis
 from ...distances import ZONES
 from ...errors import OutputError
 from ..store.duck import attached, quoted
@@ -31,9 +32,10 @@ class Share:
 class Group:
     """One group. key: its values, None where a photo's is unknown.
 
-    nearest_m: the median over people of the distance to the nearest other person. zones: the shares of all pairs in
-    each of `ZONES`, every pair counted by its probabilities, which takes account of how uncertain single distances
-    are. pairs_m: the median distance of all pairs, which in photos of crowds is mostly the size of the crowd.
+    bases: what the focal lengths of its measured photos rest on, how many of each. nearest_m: the median over people of
+    the distance to the nearest other person. zones: the shares of all pairs in each of `ZONES`, every pair counted by
+    its probabilities, which takes account of how uncertain single distances are. pairs_m: the median distance of all
+    pairs, which in photos of crowds is mostly the size of the crowd.
     """
 
     key: tuple[str | None, ...]
@@ -41,6 +43,7 @@ class Group:
     n_photos_with_pairs: int
     n_people: int
     n_pairs: int
+    bases: Mapping[FocalBasis, int]
     nearest_m: Share
     zones: tuple[Share, ...]
     pairs_m: Share
@@ -64,6 +67,7 @@ class Summary:
                 "n_photos_with_pairs": group.n_photos_with_pairs,
                 "n_people": group.n_people,
                 "n_pairs": group.n_pairs,
+                **{f"n_focal_{basis}": group.bases[basis] for basis in FocalBasis},
                 **_columns("nearest_median", group.nearest_m),
                 **{
                     f"{zone}{ending}": getattr(share, name)
@@ -97,7 +101,7 @@ def summarise(results: Results, by: Sequence[str] = (), *, distinct: bool = Fals
         reading = beside.submit(_pairs, results, duck.cursor())
         nearest = beside.submit(_nearest, results, duck.cursor())
         _count_photos(duck, folder.path("photos.parquet"), keys, distinct)
-        query = f"SELECT {', '.join([*names, 'n_photos', 'n_people'])} FROM grouped ORDER BY g"
+        query = f"SELECT {', '.join([*names, *FocalBasis, 'n_photos', 'n_people'])} FROM grouped ORDER BY g"
         listed = duck.execute(query).fetchall()
         group_of_row = _group_of_row(duck, names)
         pairs = _grouped(reading.result(), group_of_row, len(listed))
@@ -111,13 +115,15 @@ def _count_photos(duck: Any, photos: str, keys: Sequence[str], distinct: bool) -
     names = [f"k{i}" for i in range(len(keys))]
     once = ", ".join(["CASE WHEN coalesce(sha256, '') = '' THEN photo ELSE sha256 END", *names])
     duck.execute(
-        f"CREATE OR REPLACE TEMP TABLE counted AS SELECT file_row_number AS row, n_people{selected} "
+        "CREATE OR REPLACE TEMP TABLE counted AS "
+        f"SELECT file_row_number AS row, n_people, status, focal_basis{selected} "
         f"FROM read_parquet({quoted(photos)}, file_row_number = true) WHERE status <> 'excluded'"
         + (f" QUALIFY row_number() OVER (PARTITION BY {once} ORDER BY photo) = 1" if distinct else "")
     )
     grouped = f" GROUP BY {', '.join(names)}" if names else ""
     order = f"ORDER BY {', '.join(f'{n} NULLS LAST' for n in names)}" if names else ""
-    figures = ", ".join([*names, "count(*) AS n_photos", "sum(n_people) AS n_people"])
+    bases = [f"count(*) FILTER (status = 'ok' AND focal_basis = '{basis}') AS {basis}" for basis in FocalBasis]
+    figures = ", ".join([*names, *bases, "count(*) AS n_photos", "sum(n_people) AS n_people"])
     duck.execute(
         f"CREATE OR REPLACE TEMP TABLE grouped AS SELECT *, row_number() OVER ({order}) - 1 AS g FROM "
         f"(SELECT {figures} FROM counted{grouped})"
@@ -181,14 +187,15 @@ def _sample(found: dict[str, Any], n_groups: int) -> Sample:
 
 
 def _groups(listed: Sequence[tuple[Any, ...]], pairs: dict[str, Any], people: dict[str, Any]) -> tuple[Group, ...]:
-    """Return the groups as listed: their keys, numbers of photos and of people."""
+    """Return the groups as listed: their keys, numbers by focal length's basis, numbers of photos and of people."""
     sample = _sample(pairs, len(listed))
     zones = [sample.shares(pairs[f"p_{zone}"]) for zone in ZONES]
     medians = sample.medians(pairs["distance_m"])
     nearest = _sample(people, len(listed)).medians(people["nearest_m"])
     return tuple(
         Group(
-            key=tuple(row[:-2]),
+            key=tuple(row[: -2 - len(FocalBasis)]),
+            bases=dict(zip(FocalBasis, row[-2 - len(FocalBasis) : -2], strict=True)),
             n_photos=row[-2],
             n_photos_with_pairs=int(sample.n_photos[i]),
             n_people=int(row[-1] or 0),

@@ -6,26 +6,23 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from ...camera import FocalSource
+from ...camera import FocalBasis, FocalSource
 from ...distances import UNCERTAIN, ZONES
 from ..store.duck import attached, quoted
 from ..store.folder import Folder
-
-_ESTIMATED = " OR ".join(
-    f"starts_with(focal_source, '{kind.words}')" for kind in (FocalSource.PEOPLE, FocalSource.LINES)
-)
+from .focal_bases import focal_bases
 
 
 @dataclass(frozen=True)
 class Totals:
     """A run's counts.
 
-    photos: of which measured, failed, no_camera, excluded. assumed: measured with an assumed focal length;
-    untold: of these, where nothing at all was known; estimated: measured with one from people or lines. copies:
-    photos whose file is another's too. people: found; nearest_m: the median distance to the nearest other person of
-    the with_nearest who have one. pairs: with a distance. median_m: of the distances; None without any. zone_shares:
-    expected share of the pairs in each of Hall's zones; empty without pairs. uncertain: pairs in no zone more likely
-    than not. safe_distance_m: of the run, None where none was asked for; below_safe: pairs nearer.
+    photos: of which measured, failed, no_camera, excluded. bases: what the focal lengths of the measured rest on;
+    untold: of the assumed, where nothing at all was known. copies: photos whose file is another's too. people: found;
+    nearest_m: the median distance to the nearest other person of the with_nearest who have one. pairs: with a distance.
+    median_m: of the distances; None without any. zone_shares: expected share of the pairs in each of Hall's zones;
+    empty without pairs. uncertain: pairs in no zone more likely than not. safe_distance_m: of the run, None where none
+    was asked for; below_safe: pairs nearer.
     """
 
     photos: int
@@ -33,9 +30,8 @@ class Totals:
     failed: int
     no_camera: int
     excluded: int
-    assumed: int
+    bases: Mapping[FocalBasis, int]
     untold: int
-    estimated: int
     copies: int
     people: int
     nearest_m: float | None
@@ -70,9 +66,7 @@ def totals(folder: Folder) -> Totals:
         folder,
         "SELECT count(*) photos, count(*) FILTER (status = 'ok') measured, count(*) FILTER (status = 'failed') failed, "
         "count(*) FILTER (status = 'no_camera') no_camera, count(*) FILTER (status = 'excluded') excluded, "
-        "count(*) FILTER (status = 'ok' AND focal_assumed) assumed, "
-        f"count(*) FILTER (status = 'ok' AND focal_source = '{FocalSource.ASSUMED_PRIOR.words}') untold, "
-        f"count(*) FILTER (status = 'ok' AND ({_ESTIMATED})) estimated, "
+        f"count(*) FILTER (status = 'ok' AND focal_kind = '{FocalSource.ASSUMED_PRIOR}') untold, "
         "count(*) - count(DISTINCT nullif(sha256, '')) "
         "- count(*) FILTER (coalesce(sha256, '') = '') copies, coalesce(sum(n_people), 0) people, "
         "any_value(safe_distance_m) safe_distance_m, coalesce(sum(n_below_safe), 0) below_safe "
@@ -89,7 +83,8 @@ def totals(folder: Folder) -> Totals:
     )
     sums = {zone: pairs.pop(zone) for zone in ZONES}
     shares = {zone: total / pairs["pairs"] for zone, total in sums.items()} if pairs["pairs"] else {}
-    return Totals(**photos, **nearest, **pairs, zone_shares=shares)
+    bases = focal_bases(attached(folder), _table(folder, "photos"))
+    return Totals(**photos, **nearest, **pairs, bases=bases, zone_shares=shares)
 
 
 def photo_lines(folder: Folder) -> list[PhotoLine]:

@@ -74,7 +74,7 @@ def calibrate(people: People, width: int, height: int) -> CameraEstimate:
         return CameraEstimate(None, (candidate,), reason=reason)
     camera = Camera.centred(posterior.f_px, width, height, focal_rel_sd=posterior.log_sd, source=source)
     camera = replace(camera, principal_sd_px=frame_of(width, height, Metadata()).principal_sd_px)
-    flag = Flag(Doubt.ESTIMATED, f"focal length from the people: {interval}")
+    flag = Flag(Doubt.ESTIMATED, f"focal length {FocalSource.PEOPLE.words}: {interval}")
     return CameraEstimate(camera, (candidate,), (flag,))
 
 
