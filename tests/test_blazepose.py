@@ -17,14 +17,14 @@ from proxemetry.errors import ModelError, SettingsError
 from proxemetry.overlap import iou
 from proxemetry.photo import Photo
 from proxemetry.pose import PoseOptions, backend_named, lacking
-from proxemetry.pose.blazepose.detectors import Boxes, merged, windows_of
+from proxemetry.pose.blazepose.detectors import merged, windows_of
 from proxemetry.pose.blazepose.duplicates import agree, are_same, extent_px, is_among
 from proxemetry.pose.blazepose.finder import PersonFinder, _anchors
 from proxemetry.pose.blazepose.landmarks import Candidate
 from proxemetry.pose.blazepose.proposals import in_boxes
 from proxemetry.pose.blazepose.pruning import without_output
 from proxemetry.pose.blazepose.regions import Picture, Region
-from proxemetry.pose.detections import Detections, suppressed
+from proxemetry.pose.detections import Detections, joined, suppressed
 
 SHARED = Path(__file__).resolve().parents[2] / "shared"
 PHOTOS = SHARED / "data" / "photos"
@@ -81,12 +81,12 @@ def test_windows_cover_the_photo(width, height, fraction):
 
 
 def test_overlapping_boxes_become_their_weighted_mean():
-    boxes = Boxes(
-        np.array([[0.0, 0, 10, 10], [2, 0, 12, 10], [100, 100, 110, 110]]),
-        np.zeros((3, 1, 2)),
-        np.array([0.9, 0.3, 0.5]),
-    )
-    one, other = merged(boxes).boxes_px
+    boxes = np.array([[0.0, 0, 10, 10], [2, 0, 12, 10], [100, 100, 110, 110]])
+    points = np.array([[[5.0, 5]], [[9, 5]], [[105, 105]]])
+    found = merged(Detections(boxes, np.array([0.9, 0.3, 0.5]), points))
+    one, other = found.boxes_px
+    np.testing.assert_allclose(found.scores, [0.9, 0.5])
+    np.testing.assert_allclose(found.keypoints_px[:, 0], [[6, 5], [105, 105]])
     np.testing.assert_allclose(one, [0.5, 0, 10.5, 10])
     np.testing.assert_allclose(other, [100, 100, 110, 110])
 
@@ -328,3 +328,11 @@ def test_pupils_stand_where_eyes_are(embedded):
     ears = np.linalg.norm(people.joint("left_ear") - people.joint("right_ear"), axis=1)
     assert len(people) == 3
     assert (eyes > 0.25 * ears).all() and (eyes < 0.75 * ears).all()  # 63 mm of about 140 mm, less where turned
+
+
+def test_detections_of_nothing_keep_how_many_points_a_box_has():
+    nothing = Detections(np.zeros((0, 4)), np.zeros(0), np.zeros((0, 6, 2)))
+    assert joined([nothing, nothing]).keypoints_px.shape == (0, 6, 2)
+    one = Detections(np.ones((1, 4)), np.ones(1), np.ones((1, 6, 2)))
+    both = joined([nothing, one])
+    assert both.keypoints_px.shape == (1, 6, 2) and np.isnan(both.keypoint_scores).all()

@@ -20,8 +20,8 @@ from ..overlap import iou
 class Detections:
     """N boxes of people, shape (N, 4), with scores 0..1, shape (N,).
 
-    keypoints_px, keypoint_scores: shapes (N, K, 2) and (N, K), what a one-stage network says beside; K is 0 for a
-    detector, which says nothing of joints.
+    keypoints_px, keypoint_scores: shapes (N, K, 2) and (N, K), the points that the network gives with each box; K is 0
+    where it gives none, scores are NaN where it does not score them.
     """
 
     boxes_px: FloatArray
@@ -30,15 +30,21 @@ class Detections:
     keypoint_scores: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
 
     def __post_init__(self) -> None:
-        if self.keypoints_px.size == 0:
+        if len(self.keypoints_px) != len(self.boxes_px):
             object.__setattr__(self, "keypoints_px", np.zeros((len(self.boxes_px), 0, 2)))
-            object.__setattr__(self, "keypoint_scores", np.zeros((len(self.boxes_px), 0)))
+        if self.keypoint_scores.shape != self.keypoints_px.shape[:2]:
+            object.__setattr__(self, "keypoint_scores", np.full(self.keypoints_px.shape[:2], np.nan))
 
     def __len__(self) -> int:
         return len(self.boxes_px)
 
     def __getitem__(self, rows: NDArray[np.bool_] | NDArray[np.intp] | slice) -> Detections:
         return Detections(self.boxes_px[rows], self.scores[rows], self.keypoints_px[rows], self.keypoint_scores[rows])
+
+    @property
+    def centres_px(self) -> FloatArray:
+        """The boxes' middles, shape (N, 2)."""
+        return (self.boxes_px[:, :2] + self.boxes_px[:, 2:]) / 2
 
 
 _NANODET_STRIDES = (8, 16, 32)
@@ -47,7 +53,7 @@ NOBODY = Detections(np.zeros((0, 4)), np.zeros(0))
 
 def joined(parts: list[Detections]) -> Detections:
     """Return the detections of several parts of a photo as one."""
-    parts = [part for part in parts if len(part)]
+    parts = [part for part in parts if len(part)] or parts[:1]
     if not parts:
         return NOBODY
     return Detections(

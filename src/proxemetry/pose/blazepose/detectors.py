@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from ...arrays import FloatArray
 from ...overlap import iou
+from ..detections import Detections, joined
 from .networks import Network
 from .regions import Picture
 
@@ -39,26 +40,6 @@ POSE_HEAD = Head(((8, 2), (16, 2), (32, 6)), 4)
 FACE_HEAD = Head(((4, 1),), 6)
 
 
-@dataclass(frozen=True, eq=False)
-class Boxes:
-    """N detections: boxes_px (N, 4) as x0, y0, x1, y1, points_px (N, points, 2), scores (N,)."""
-
-    boxes_px: FloatArray
-    points_px: FloatArray
-    scores: FloatArray
-
-    def __len__(self) -> int:
-        return len(self.scores)
-
-    def __getitem__(self, rows: NDArray[np.intp] | NDArray[np.bool_]) -> Boxes:
-        return Boxes(self.boxes_px[rows], self.points_px[rows], self.scores[rows])
-
-    @property
-    def centres_px(self) -> FloatArray:
-        """The boxes' middles, shape (N, 2)."""
-        return (self.boxes_px[:, :2] + self.boxes_px[:, 2:]) / 2
-
-
 class Detector:
     """One of the two detectors at work on windows of a picture."""
 
@@ -66,14 +47,14 @@ class Detector:
         self._network, self._head = Network(path, threads), head
         self._anchors = _anchors(self._network.side, head)
 
-    def find(self, picture: Picture, windows: list[Window], threshold: float) -> Boxes:
+    def find(self, picture: Picture, windows: list[Window], threshold: float) -> Detections:
         """Return what scores above the threshold, merged within each window but not across windows."""
         return joined([self._nothing(), *(merged(self._in_window(picture, w, threshold)) for w in windows)])
 
-    def _nothing(self) -> Boxes:
-        return Boxes(np.zeros((0, 4)), np.zeros((0, self._head.points, 2)), np.zeros(0))
+    def _nothing(self) -> Detections:
+        return Detections(np.zeros((0, 4)), np.zeros(0), np.zeros((0, self._head.points, 2)))
 
-    def _in_window(self, picture: Picture, window: Window, threshold: float) -> Boxes:
+    def _in_window(self, picture: Picture, window: Window, threshold: float) -> Detections:
         canvas, scale, offset = picture.letterboxed(window, self._network.side)
         outputs = self._network(canvas.astype(np.float32) / np.float32(127.5) - np.float32(1)).values()
         raw, logits = sorted(outputs, key=lambda output: -output.size)
@@ -84,7 +65,7 @@ class Detector:
         points = values[:, 4:].reshape(len(rows), self._head.points, 2) + self._anchors[rows, None]
         boxes = np.concatenate([centre - half - offset, centre + half - offset], axis=1) / scale
         corner = np.array(window[:2])
-        return Boxes(boxes + np.tile(corner, 2), (points - offset) / scale + corner, scores)
+        return Detections(boxes + np.tile(corner, 2), scores, (points - offset) / scale + corner)
 
 
 def windows_of(width: int, height: int, fraction: float, overlap: float) -> Iterator[Window]:
@@ -110,34 +91,25 @@ def _anchors(side: int, head: Head) -> FloatArray:
     return np.concatenate(grids)
 
 
-def joined(parts: list[Boxes]) -> Boxes:
-    """Return several detectors' or windows' answers as one; there is one part at least."""
-    return Boxes(
-        np.concatenate([b.boxes_px for b in parts]),
-        np.concatenate([b.points_px for b in parts]),
-        np.concatenate([b.scores for b in parts]),
-    )
-
-
-def merged(boxes: Boxes) -> Boxes:
+def merged(found: Detections) -> Detections:
     """Return overlapping boxes as their mean, weighted by score, with the best score (MediaPipe's weighted NMS)."""
-    order = np.argsort(-boxes.scores, kind="stable")
+    order = np.argsort(-found.scores, kind="stable")
     groups: list[NDArray[np.intp]] = []
     while len(order):
-        same = iou(boxes.boxes_px[order[0]], boxes.boxes_px[order]) > _MERGE_IOU
+        same = iou(found.boxes_px[order[0]], found.boxes_px[order]) > _MERGE_IOU
         same[0] = True
         groups.append(order[same])
         order = order[~same]
-    return mean_of_groups(boxes, groups)
+    return mean_of_groups(found, groups)
 
 
-def mean_of_groups(boxes: Boxes, groups: list[NDArray[np.intp]]) -> Boxes:
+def mean_of_groups(found: Detections, groups: list[NDArray[np.intp]]) -> Detections:
     """Return each group's mean weighted by score, with its best score; the best comes first in a group."""
     if not groups:
-        return boxes
-    weights = [boxes.scores[rows] / boxes.scores[rows].sum() for rows in groups]
-    return Boxes(
-        np.array([w @ boxes.boxes_px[rows] for w, rows in zip(weights, groups, strict=True)]),
-        np.array([np.tensordot(w, boxes.points_px[rows], 1) for w, rows in zip(weights, groups, strict=True)]),
-        np.array([boxes.scores[rows[0]] for rows in groups]),
+        return found
+    weights = [found.scores[rows] / found.scores[rows].sum() for rows in groups]
+    return Detections(
+        np.array([w @ found.boxes_px[rows] for w, rows in zip(weights, groups, strict=True)]),
+        np.array([found.scores[rows[0]] for rows in groups]),
+        np.array([np.tensordot(w, found.keypoints_px[rows], 1) for w, rows in zip(weights, groups, strict=True)]),
     )

@@ -45,4 +45,4 @@ def face_of(candidate: Candidate, picture: Picture, detector: Detector) -> Face 
     if not fits.any():
         return None
     best = int(np.argmax(np.where(fits, faces.scores, -1)))
-    return Face(faces.boxes_px[best], faces.points_px[best], float(faces.scores[best]))
+    return Face(faces.boxes_px[best], faces.keypoints_px[best], float(faces.scores[best]))

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from ...arrays import FloatArray
 from ..detections import Detections
-from .detectors import Boxes, Detector, mean_of_groups, merged, windows_of
+from .detectors import Detector, mean_of_groups, merged, windows_of
 from .regions import Picture, Region
 
 Windows = tuple[tuple[float, float], ...]
@@ -76,7 +76,7 @@ def without_boxes(
     bodies = mean_of_groups(bodies, _same_bodies(bodies))
     found = [
         Proposal((Region.around(p[0], p[1], _BODY_FACTOR),), float(s))
-        for p, s in zip(bodies.points_px, bodies.scores, strict=True)
+        for p, s in zip(bodies.keypoints_px, bodies.scores, strict=True)
     ]
     found += [Proposal((_below_face(box),), float(s)) for box, s in zip(faces.boxes_px, faces.scores, strict=True)]
     return sorted(found, key=lambda p: -p.score)
@@ -93,10 +93,10 @@ def _below_face(box: FloatArray) -> Region:
     return Region.around(hips, hips - (0.0, _RADIUS_IN_FACES * height), _BODY_FACTOR)
 
 
-def _same_bodies(bodies: Boxes) -> list[NDArray[np.intp]]:
+def _same_bodies(bodies: Detections) -> list[NDArray[np.intp]]:
     """Return rows of detections that are one body seen in several windows: hips, head and size agree."""
-    hips = bodies.points_px[:, 0]
-    radius = np.linalg.norm(bodies.points_px[:, 1] - hips, axis=1) + 1e-6
+    hips = bodies.keypoints_px[:, 0]
+    radius = np.linalg.norm(bodies.keypoints_px[:, 1] - hips, axis=1) + 1e-6
     order = np.argsort(-bodies.scores, kind="stable")
     groups: list[NDArray[np.intp]] = []
     while len(order):
