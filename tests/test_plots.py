@@ -35,7 +35,7 @@ from proxemetry.plots.pair_selection import (
     pairs_shown,
     text_on,
 )
-from proxemetry.plots.placement import along
+from proxemetry.plots.placement import Obstacles, along
 from proxemetry.plots.placement import place as place_labels
 from proxemetry.plots.zone_colours import ZONE_COLOURS
 from proxemetry.scene import Scene
@@ -76,7 +76,7 @@ def test_placed_labels_never_overlap_and_stay_inside(seed: int, count: int) -> N
     bounds = np.array([0.0, 0.0, 600.0, 400.0])
     sizes = random.uniform((20, 8), (90, 16), (count, 2))
     ends = random.uniform((0, 0), (600, 400), (count, 2, 2))
-    centres = place_labels([along(a, b, 9.0) for a, b in ends], sizes, np.zeros((0, 4)), np.zeros((0, 4)), bounds)
+    centres = place_labels([along(a, b, 9.0) for a, b in ends], sizes, np.zeros((0, 4)), Obstacles.none(), bounds)
     known = np.isfinite(centres).all(axis=1)
     assert known.all()  # forty small labels have room on this panel
     low, high = centres - sizes / 2, centres + sizes / 2
@@ -89,10 +89,42 @@ def test_placed_labels_never_overlap_and_stay_inside(seed: int, count: int) -> N
 def test_a_label_without_room_is_left_out() -> None:
     bounds = np.array([0.0, 0.0, 100.0, 12.0])
     ends = [np.array([[x0, 6.0], [x1, 6.0]]) for x0, x1 in ((0, 45), (55, 100), (0, 100))]
-    nothing = np.zeros((0, 4))
-    centres = place_labels([along(*e, 9.0) for e in ends], np.full((3, 2), (45.0, 10.0)), nothing, nothing, bounds)
+    sizes = np.full((3, 2), (45.0, 10.0))
+    centres = place_labels([along(*e, 9.0) for e in ends], sizes, np.zeros((0, 4)), Obstacles.none(), bounds)
     assert centres[:2].tolist() == [[22.5, 6.0], [77.5, 6.0]]
     assert np.isnan(centres[2]).all()  # two labels of 45 fit into 100, a third does not
+
+
+def test_a_label_leaves_what_is_under_it_where_there_is_room_nearby() -> None:
+    line, bounds = along(np.array([100.0, 100.0]), np.array([200.0, 100.0]), 6.0), np.array([0.0, 0.0, 300.0, 200.0])
+    size, nothing = np.array([[60.0, 10.0]]), np.zeros((0, 4))
+    body = np.array([[110.0, 80.0, 190.0, 120.0]])
+
+    def at(cost: float, reach: float = math.inf) -> list[float]:
+        return place_labels([line], size, nothing, Obstacles(body, np.array([cost])), bounds, reach)[0].tolist()
+
+    assert at(0.0) == [150.0, 100.0]
+    assert abs(at(8.0)[1] - 100.0) >= 25.0  # above or below the body: 20 to its edge, half a label more
+    assert abs(at(1.0)[1] - 100.0) < 25.0  # cheaper to cover than to go two and a half heights
+    assert abs(at(8.0, reach=1.0)[1] - 100.0) <= 10.0
+
+
+def test_labels_stand_beside_bodies_not_on_them() -> None:
+    scene = drawn_scene([(-2.4, 6.0), (-0.8, 6.0), (0.8, 6.0), (2.4, 6.0)])
+    axes = plots.overlay(scene, None).axes[0]
+    assert isinstance(axes.figure, Figure)
+    boxes = [t.get_window_extent() for t in axes.texts if " m " in t.get_text()]
+    joints = axes.transData.transform(scene.people.keypoints_px.reshape(-1, 2))
+    assert len(boxes) == 3
+    assert not any(box.contains(x, y) for box in boxes for x, y in joints)
+
+
+def test_pairs_without_room_are_counted_in_a_corner_nearest_labelled_first() -> None:
+    scene = drawn_scene(CROWD_M)
+    texts = [t.get_text() for t in plots.overlay(scene, None, all_pairs=True).axes[0].texts]
+    labels, counted = [t for t in texts if t.endswith("]")], [t for t in texts if t.startswith("+ ")]
+    assert len(counted) == 1 and 10 < len(labels) < 60
+    assert int(counted[0].split()[1]) == 300 - len([t for t in texts if " m [" in t])  # 25 people, 300 pairs
 
 
 @pytest.mark.parametrize(("width", "height"), [(600, 400), (6000, 4000), (4000, 6000), (6000, 1500)])
@@ -280,7 +312,7 @@ def test_the_horizon_is_where_level_rays_end() -> None:
     assert ends[:, 1].max() < 240  # a camera that looks down has the horizon above the middle
 
 
-@pytest.mark.parametrize(("rel_sd", "shown"), [(0.02, "± 3.3 %"), (0.1, "± 16 %"), (0.63, "± 104 %")])
+@pytest.mark.parametrize(("rel_sd", "shown"), [(0.02, "± 3.3 %"), (0.1, "± 16 %"), (0.63, "1080 px [383, 3044]")])
 def test_the_focal_length_s_spread_is_never_in_powers_of_ten(rel_sd: float, shown: str) -> None:
     scene = drawn_scene([(0.0, 4.0)])
     camera = replace(scene.camera.camera, focal_rel_sd=rel_sd)

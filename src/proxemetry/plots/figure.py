@@ -43,9 +43,10 @@ def overlay_figure(scene: Scene, photo: Photo | None, faces: str, all_pairs: boo
         spots = [(0.0, 0.0), (sizes[0][0] + 0.75, 0.0)]
     else:
         wide = 12.0
-        sizes = [(wide, wide / aspect), (7.5, 4.2)]  # people stand in a strip as deep as it is wide
-        width, height = wide, wide / aspect + 0.35 + 4.2
-        spots = [(0.0, 4.2 + 0.35), (0.45, 0.0)]
+        deep = 4.2 if scene.bodies.placed.any() else 0.9
+        sizes = [(wide, wide / aspect), (7.5, deep)]  # people stand in a strip as deep as it is wide
+        width, height = wide, wide / aspect + 0.35 + deep
+        spots = [(0.0, deep + 0.35), (0.45, 0.0)]
     figure, panels = _sheet(scene, footnote(scene, shown), width, height, spots, sizes)
     pixels = None if photo is None else photo.pixels(_LONG_SIDE_PX)
     draw_photo(panels[0], scene, pixels, shown, faces == "blur")

@@ -10,18 +10,21 @@ import functools
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.patheffects import Stroke, withStroke
+from matplotlib.patheffects import Normal, Stroke
 from matplotlib.textpath import TextPath
 
 from ..arrays import FloatArray
 from .pair_selection import text_on
-from .placement import along, place
+from .placement import Obstacles, along, place
 
 _NOTHING = np.zeros((0, 4))
 _BADGE_PT, _LABEL_PT = (8.0, 6.4), (8.5, 6.8)  # few people, many people
 _MANY = 14
 _PAD_PT = 2.6
-_PILL = {"boxstyle": "round,pad=0.26", "facecolor": "white", "edgecolor": "#333333", "linewidth": 0.6, "alpha": 0.94}
+#: How far from its line a label may be, in its own heights, and the share of a panel that labels cover at most.
+_REACH, _MOST_COVERED = 12.0, 0.1
+_INK = "#333333"
+_PILL = {"boxstyle": "round,pad=0.26", "facecolor": "white", "linewidth": 1.2}
 
 
 def to_points(axes: Axes, data: FloatArray) -> FloatArray:
@@ -63,7 +66,7 @@ def draw_badges(
         return _NOTHING
     radius, size_pt = badge_radius_pt(len(spots)), _BADGE_PT[len(spots) > _MANY]
     sizes = np.full((len(spots), 2), 2 * radius + 1)
-    centres = place(spots, sizes, _NOTHING, _NOTHING, panel_box(axes))
+    centres = place(spots, sizes, _NOTHING, Obstacles.none(), panel_box(axes))
     for centre, number, colour, options in zip(centres, numbers, colours, spots, strict=True):
         if not np.isfinite(centre).all():
             continue
@@ -84,28 +87,86 @@ def draw_badges(
 
 
 def draw_pair_labels(
-    axes: Axes, ends: list[tuple[FloatArray, FloatArray]], texts: list[str], taken: FloatArray, avoid: FloatArray
+    axes: Axes,
+    ends: list[tuple[FloatArray, FloatArray]],
+    texts: list[str],
+    colours: list[str],
+    taken: FloatArray,
+    avoid: Obstacles,
 ) -> FloatArray:
-    """Write each text by its line, with a thin leader where it had to move; return the labels' boxes in points.
+    """Write each text beside its line, with a thin leader where it had to move; return the labels' boxes in points.
 
-    ends: each line's two ends in points. taken, avoid: rectangles in points as in `placement.place`. A label for
-    which the panel has no room is left out: its row of the answer, shape (n, 4), is NaN.
+    ends: each line's two ends in points. colours: of the labels' frames. taken, avoid: in points, as in
+    `placement.place`. Labels are written in the order given until they fill a share of the panel; one without a place
+    near its line is left out, its row of the answer, shape (n, 4), is NaN, and a corner of the panel counts them.
     """
     if not texts:
         return _NOTHING
     size_pt = _LABEL_PT[len(texts) > _MANY]
-    sizes = np.array([_extent_pt(text, size_pt) for text in texts]) + 2 * _PAD_PT
-    candidates = [along(start, end, sizes[0, 1] * 0.62) for start, end in ends]
-    centres = place(candidates, sizes, taken, avoid, panel_box(axes) + np.array([2.0, 2.0, -2.0, -2.0]))
-    for centre, text, (start, end), size in zip(centres, texts, ends, sizes, strict=True):
+    sizes = _sizes_pt(texts, size_pt)
+    centres, corner = _laid_out(axes, ends, sizes, size_pt, taken, avoid)
+    if len(corner):
+        left_out = int(np.isnan(centres).all(axis=1).sum())
+        _write(axes, (corner[0, :2] + corner[0, 2:]) / 2, _left_out_text(left_out), size_pt, _INK)
+    for centre, text, colour, (start, end), size in zip(centres, texts, colours, ends, sizes, strict=True):
         if not np.isfinite(centre).all():
             continue
         foot = _nearest(centre, start, end)
         if np.linalg.norm(foot - centre) > 0.75 * size[1]:
             _leader(axes, centre, foot)
-        x, y = _to_data(axes, centre)[0]
-        axes.text(x, y, text, fontsize=size_pt, color="#111111", ha="center", va="center", zorder=7, bbox=_PILL)
+        _write(axes, centre, text, size_pt, colour)
     return np.concatenate([centres - sizes / 2, centres + sizes / 2], axis=1)
+
+
+def _laid_out(
+    axes: Axes,
+    ends: list[tuple[FloatArray, FloatArray]],
+    sizes: FloatArray,
+    size_pt: float,
+    taken: FloatArray,
+    avoid: Obstacles,
+) -> tuple[FloatArray, FloatArray]:
+    """Return the labels' centres, shape (n, 2), and the box of the corner's text, shape (1, 4), (0, 4) without one."""
+    candidates = [along(start, end, sizes[0, 1] * 0.62) for start, end in ends]
+    bounds = panel_box(axes) + np.array([2.0, 2.0, -2.0, -2.0])
+    fit = int((sizes.prod(axis=1).cumsum() < _MOST_COVERED * (bounds[2:] - bounds[:2]).prod()).sum())
+    centres, corner = np.full((len(sizes), 2), np.nan), _NOTHING
+    centres[:fit] = place(candidates[:fit], sizes[:fit], taken, avoid, bounds, _REACH)
+    if not np.isfinite(centres).all():  # the corner's text needs room as well
+        corner = _corner(_left_out_text(len(sizes)), size_pt, taken, avoid, bounds)
+        taken = np.concatenate([taken, corner])
+        centres[:fit] = place(candidates[:fit], sizes[:fit], taken, avoid, bounds, _REACH)
+    return centres, corner
+
+
+def _write(axes: Axes, centre: FloatArray, text: str, size_pt: float, colour: str) -> None:
+    x, y = _to_data(axes, centre)[0]
+    pill = {**_PILL, "edgecolor": colour}
+    axes.text(x, y, text, fontsize=size_pt, color="#111111", ha="center", va="center", zorder=7, bbox=pill)
+
+
+def _sizes_pt(texts: list[str], size_pt: float) -> FloatArray:
+    """Return the labels' widths and heights in points, shape (n, 2)."""
+    return np.array([_extent_pt(text, size_pt) for text in texts]) + 2 * _PAD_PT
+
+
+def _left_out_text(count: int) -> str:
+    return f"+ {count} more without room for a label"
+
+
+def _corner(text: str, size_pt: float, taken: FloatArray, avoid: Obstacles, bounds: FloatArray) -> FloatArray:
+    """Return the box, shape (1, 4), of a text in the corner where it covers least; (0, 4) where all are taken."""
+    size = _sizes_pt([text], size_pt)[0]
+    low, high = bounds[:2] + size / 2, bounds[2:] - size / 2
+    if (low > high).any():
+        return _NOTHING
+    corners = np.array([(x, y) for y in (low[1], high[1]) for x in (low[0], high[0])])
+    corners = corners[np.argsort(avoid.cost(np.concatenate([corners - size / 2, corners + size / 2], axis=1)))]
+    for corner in corners:
+        box = place([corner[None]], size[None], taken, Obstacles.none(), bounds, reach=0.0)
+        if np.isfinite(box).all():
+            return np.concatenate([box - size / 2, box + size / 2], axis=1)
+    return _NOTHING
 
 
 def _nearest(point: FloatArray, start: FloatArray, end: FloatArray) -> FloatArray:
@@ -117,8 +178,8 @@ def _nearest(point: FloatArray, start: FloatArray, end: FloatArray) -> FloatArra
 
 def _leader(axes: Axes, start: FloatArray, end: FloatArray) -> None:
     line = _to_data(axes, np.stack([start, end]))
-    dark = [Stroke(linewidth=1.9, foreground="#000000", alpha=0.6), withStroke(linewidth=0)]
-    axes.plot(*line.T, color="#FFFFFF", linewidth=0.8, linestyle=(0, (2, 1.2)), path_effects=dark, zorder=5)
+    dark = [Stroke(linewidth=2.2, foreground="#000000", alpha=0.75), Normal()]
+    axes.plot(*line.T, color="#FFFFFF", linewidth=1.0, path_effects=dark, zorder=5)
 
 
 @functools.cache

@@ -11,8 +11,8 @@ from ..intervals import HALF_WIDTH_SD
 from ..scene import Scene
 from .zone_colours import ZONE_COLOURS
 
-#: Okabe and Ito 2008: told apart with any colour vision; the number beside each person says the same.
-PERSON_COLOURS = ("#E69F00", "#56B4E9", "#009E73", "#F0E442", "#0072B2", "#D55E00", "#CC79A7")
+#: None of them is a zone's; the number beside each person says the same.
+PERSON_COLOURS = ("#009E73", "#F0E442", "#CC79A7", "#7B4FC9", "#A8E6CF")
 UNPLACED_COLOUR = "#BBBBBB"
 #: Stands after a distance whose interval says more than the number.
 VAGUE_MARK = "?"
@@ -22,6 +22,8 @@ LineStyle = tuple[float, tuple[float, float] | None]
 _ALL_PAIRS_UP_TO = 3
 #: The second decimal of a distance says something where its interval is narrower than this.
 _NARROW_M = 0.2
+#: A focal length's interval, whose spread is one of logarithms, is written as "± so many per cent" up to this.
+_ONE_SPREAD = 0.25
 
 
 def colour_of(person: int) -> str:
@@ -110,13 +112,16 @@ def headline(scene: Scene) -> str:
 
 
 def camera_text(scene: Scene) -> str:
-    """Return the focal length with its source and, as everything in a figure, its 90 %; or that there is none."""
+    """Return the focal length with its source and its 90 % interval; or that there is none."""
     camera = scene.camera.camera
     if camera is None:
         return "focal length unknown"
-    spread_pct = 100 * HALF_WIDTH_SD * camera.focal_rel_sd
-    spread = f"{spread_pct:.0f}" if spread_pct >= 10 else f"{spread_pct:.2g}"
-    return f"focal length {camera.f_px:.0f} px ± {spread} % ({camera.source})"
+    spread = HALF_WIDTH_SD * camera.focal_rel_sd
+    if spread > _ONE_SPREAD:
+        low, high = (camera.f_px * math.exp(sign * spread) for sign in (-1, 1))
+        return f"focal length {camera.f_px:.0f} px [{low:.0f}, {high:.0f}] ({camera.source})"
+    percent = f"{100 * spread:.0f}" if spread >= 0.1 else f"{100 * spread:.2g}"
+    return f"focal length {camera.f_px:.0f} px ± {percent} % ({camera.source})"
 
 
 def footnote(scene: Scene, shown: list[tuple[int, int]]) -> str:

@@ -15,10 +15,13 @@ from .faces import heads_px, pixelated
 from .geometry import anchors_px, horizon_px
 from .lettering import badge_radius_pt, draw_badges, draw_pair_labels, to_points
 from .pair_selection import UNPLACED_COLOUR, colour_of, line_colours, line_styles, pair_text
-from .placement import around
+from .placement import Obstacles, around
 
 _BLANK = (232, 233, 235)
 _MANY = 14
+_TRUNK = ("left_shoulder", "right_shoulder", "left_hip", "right_hip")
+#: How many of its own heights a label moves to leave a head and a body, and how thick limbs are in heads' radii.
+_HEAD_COST, _BODY_COST, _LIMB = 14.0, 8.0, 0.35
 
 
 def draw_photo(
@@ -42,7 +45,8 @@ def draw_photo(
     everybody = list(range(len(scene)))
     colours = [badge_colour(scene, i) for i in everybody]
     taken = draw_badges(axes, _badge_spots(axes, heads, anchors), everybody, colours)
-    draw_pair_labels(axes, ends, [pair_text(scene.distances, a, b) for a, b in shown], taken, _head_boxes(axes, heads))
+    texts = [pair_text(scene.distances, a, b) for a, b in shown]
+    draw_pair_labels(axes, ends, texts, line_colours(scene.distances, shown), taken, _bodies(axes, scene, heads))
 
 
 def _draw_horizon(axes: Axes, scene: Scene) -> None:
@@ -81,7 +85,8 @@ def _draw_skeletons(axes: Axes, scene: Scene) -> None:
 
 
 def _draw_lines(axes: Axes, anchors: FloatArray, shown: list[tuple[int, int]], distances: Distances) -> None:
-    """Draw the pairs' lines in their zones' colours between white and black edges, seen on any photo."""
+    """Draw the pairs' lines in their zones' colours between white and black edges, the nearest pairs on top."""
+    shown = shown[::-1]
     segments = [anchors[[a, b]] for a, b in shown]
     width = 2.2 if len(shown) <= _MANY else 1.4
     edges = [Stroke(linewidth=width + 2.6, foreground="#000000"), Stroke(linewidth=width + 1.4, foreground="#FFFFFF")]
@@ -105,8 +110,21 @@ def _badge_spots(axes: Axes, heads: FloatArray, anchors: FloatArray) -> list[Flo
     return spots
 
 
-def _head_boxes(axes: Axes, heads: FloatArray) -> FloatArray:
-    known = heads[np.isfinite(heads).all(axis=1)]
-    low = to_points(axes, known[:, :2] + known[:, 2:] * np.array([-0.8, 0.8]))
-    high = to_points(axes, known[:, :2] + known[:, 2:] * np.array([0.8, -0.8]))
-    return np.concatenate([low, high], axis=1)
+def _bodies(axes: Axes, scene: Scene, heads: FloatArray) -> Obstacles:
+    """Return what labels should leave visible: heads first, then trunks and limbs, the box of a person without any."""
+    people = scene.people
+    low, high = heads[:, :2] - 0.8 * heads[:, 2:], heads[:, :2] + 0.8 * heads[:, 2:]
+    head_boxes = np.concatenate([low, high], axis=1)
+    ends = [np.stack([people.joint(a), people.joint(b)], axis=1) for a, b in people.skeleton.bones]
+    ends.append(np.stack([people.joint(joint) for joint in _TRUNK], axis=1))
+    bones = np.stack([np.concatenate([e.min(axis=1), e.max(axis=1)], axis=1) for e in ends], axis=1)
+    margin = _LIMB * np.nan_to_num(heads[:, 2])[:, None, None] * np.array([-1.0, -1.0, 1.0, 1.0])
+    bones = bones + margin
+    boneless = ~np.isfinite(bones).all(axis=2).any(axis=1)
+    bodies = np.concatenate([bones.reshape(-1, 4), people.boxes_px[boneless]])
+    found = []
+    for boxes, cost in ((head_boxes, _HEAD_COST), (bodies, _BODY_COST)):
+        known = boxes[np.isfinite(boxes).all(axis=1)]
+        upright = np.concatenate([to_points(axes, known[:, [0, 3]]), to_points(axes, known[:, [2, 1]])], axis=1)
+        found.append((upright, np.full(len(known), cost)))
+    return Obstacles(np.concatenate([f[0] for f in found]), np.concatenate([f[1] for f in found]))

@@ -1,6 +1,9 @@
-"""Where labels go: each to the free place nearest to what it names, none over another."""
+"""Where labels go: each beside what it names, off people where there is room, none over another."""
 
 from __future__ import annotations
+
+import math
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,15 +12,58 @@ from ..arrays import FloatArray
 
 _ALONG = (0.5, 0.42, 0.58, 0.34, 0.66, 0.26, 0.74)
 _RINGS = 9
+#: How many candidates a ring of `along` and of `around` has.
+RING = len(_ALONG)
 _GRID = 40
 
 
-def place(candidates: list[FloatArray], sizes: FloatArray, taken: FloatArray, avoid: FloatArray, bounds: FloatArray):
+@dataclass(frozen=True)
+class Obstacles:
+    """What labels should not cover: rectangles x0, y0, x1, y1, shape (m, 4), and what covering each costs, shape (m,).
+
+    A label that lies wholly on a rectangle of cost c goes up to c of its own heights out of its way to leave it.
+    """
+
+    boxes: FloatArray
+    costs: FloatArray
+
+    @classmethod
+    def none(cls) -> Obstacles:
+        """Return no obstacles."""
+        return cls(np.zeros((0, 4)), np.zeros(0))
+
+    def within(self, bounds: FloatArray) -> Obstacles:
+        """Return those that touch a rectangle."""
+        near = _touches(self.boxes, bounds[None])
+        return Obstacles(self.boxes[near], self.costs[near])
+
+    def cost(self, boxes: FloatArray) -> FloatArray:
+        """Return what it costs to write a label in each of some boxes (c, 4), shape (c,)."""
+        if not len(self.boxes):
+            return np.zeros(len(boxes))
+        sides = [
+            np.minimum(boxes[:, None, k + 2], self.boxes[None, :, k + 2])
+            - np.maximum(boxes[:, None, k], self.boxes[None, :, k])
+            for k in (0, 1)
+        ]
+        areas = (boxes[:, 2] - boxes[:, 0]) * (boxes[:, 3] - boxes[:, 1])
+        return (np.maximum(sides[0], 0) * np.maximum(sides[1], 0)) @ self.costs / areas
+
+
+def place(
+    candidates: list[FloatArray],
+    sizes: FloatArray,
+    taken: FloatArray,
+    avoid: Obstacles,
+    bounds: FloatArray,
+    reach: float = math.inf,
+) -> FloatArray:
     """Return a centre for each of n labels, shape (n, 2), NaN where there is no room left.
 
-    candidates: per label its centres in order of preference, shape (c, 2). sizes: (n, 2) width and height. taken:
-    (m, 4) rectangles x0, y0, x1, y1 that no label may touch; avoid: rectangles that it touches only where every
-    candidate does. bounds: the rectangle that holds all labels. Labels are placed in the order given.
+    candidates: per label its centres in order of preference, shape (c, 2), the best ring of `RING` of them first.
+    sizes: (n, 2) width and height. taken: (m, 4) rectangles x0, y0, x1, y1 that no label may touch. bounds: the
+    rectangle that holds all labels. reach: how far from the best ring a label may be, in its own heights; it goes where
+    this way and the obstacles that it covers cost least. Labels are placed in the order given.
     """
     occupied = [np.asarray(r, dtype=float) for r in taken]
     centres = np.full((len(sizes), 2), np.nan)
@@ -26,16 +72,19 @@ def place(candidates: list[FloatArray], sizes: FloatArray, taken: FloatArray, av
         low, high = bounds[:2] + half, bounds[2:] - half
         if (low > high).any():
             continue
-        options = np.concatenate([candidates[i], _grid(low, high, candidates[i][0])])
-        options = np.clip(options, low, high)
+        best = candidates[i][:RING]
+        options = np.clip(np.concatenate([candidates[i], _grid(low, high, best[0])]), low, high)
+        away = np.linalg.norm(options[:, None] - best, axis=-1).min(axis=1) / size[1]
+        options, away = options[away <= reach], away[away <= reach]
         boxes = np.concatenate([options - half, options + half], axis=1)
         free = ~_touches(boxes, np.array(occupied).reshape(-1, 4))
-        polite = free & ~_touches(boxes, avoid)
-        polite[len(candidates[i]) :] = False  # rather over a head than across the picture
-        chosen = polite if polite.any() else free
-        if chosen.any():
-            centres[i] = options[chosen.argmax()]
-            occupied.append(boxes[chosen.argmax()])
+        if not free.any():
+            continue
+        options, away, boxes = options[free], away[free], boxes[free]
+        around_it = np.concatenate([boxes[:, :2].min(axis=0), boxes[:, 2:].max(axis=0)])
+        chosen = int((away + avoid.within(around_it).cost(boxes)).argmin())
+        centres[i] = options[chosen]
+        occupied.append(boxes[chosen])
     return centres
 
 

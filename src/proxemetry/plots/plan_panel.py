@@ -16,7 +16,7 @@ from ..scene import Scene
 from .geometry import ellipse, field_of_view, ground_positions
 from .lettering import badge_radius_pt, draw_badges, draw_pair_labels, panel_box, to_points
 from .pair_selection import colour_of, line_colours, line_styles, short_pair_text
-from .placement import around
+from .placement import Obstacles, around
 
 _PAPER, _GRID, _INK = "#FBFBF9", "#DEDEDA", "#555555"
 _STEPS_M = (1, 2, 5, 10, 20, 50, 100, 200, 500)
@@ -43,10 +43,11 @@ def draw_plan(axes: Axes, scene: Scene, shown: list[tuple[int, int]]) -> None:
     for person in placed:
         _draw_ellipse(axes, positions[person], covariances[person], colour_of(person))
         _draw_heading(axes, positions[person], float(scene.bodies.heading_rad[person]))
-    segments = [positions[[a, b]] for a, b in shown]
+    farthest_first = shown[::-1]
+    segments = [positions[[a, b]] for a, b in farthest_first]
     lines = LineCollection(
-        segments, colors=line_colours(scene.distances, shown), linewidths=1.8,
-        linestyles=line_styles(scene.distances, shown), zorder=3,
+        segments, colors=line_colours(scene.distances, farthest_first), linewidths=1.8,
+        linestyles=line_styles(scene.distances, farthest_first), zorder=3,
         path_effects=[Stroke(linewidth=2.8, foreground="#333333"), Normal()],
     )  # fmt: skip
     axes.add_collection(lines, autolim=False)
@@ -55,7 +56,8 @@ def draw_plan(axes: Axes, scene: Scene, shown: list[tuple[int, int]]) -> None:
     spots = [np.concatenate([points[[i]], around(points[i], reach, 3.0)]) for i in placed]
     taken = draw_badges(axes, spots, placed, [colour_of(i) for i in placed], with_dots=True)
     texts = [short_pair_text(scene.distances, a, b) for a, b in shown]
-    draw_pair_labels(axes, [(points[a], points[b]) for a, b in shown], texts, taken, np.zeros((0, 4)))
+    ends = [(points[a], points[b]) for a, b in shown]
+    draw_pair_labels(axes, ends, texts, line_colours(scene.distances, shown), taken, Obstacles.none())
 
 
 def _draw_nobody(axes: Axes, scene: Scene) -> None:
