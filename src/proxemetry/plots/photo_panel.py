@@ -120,7 +120,8 @@ def _bodies(axes: Axes, scene: Scene, heads: FloatArray) -> Obstacles:
     bones = np.stack([np.concatenate([e.min(axis=1), e.max(axis=1)], axis=1) for e in ends], axis=1)
     margin = _LIMB * np.nan_to_num(heads[:, 2])[:, None, None] * np.array([-1.0, -1.0, 1.0, 1.0])
     bones = bones + margin
-    boneless = ~np.isfinite(bones).all(axis=2).any(axis=1)
+    seen = np.asarray(np.isfinite(bones).all(axis=2))
+    boneless = ~seen.any(axis=1)
     bodies = np.concatenate([bones.reshape(-1, 4), people.boxes_px[boneless]])
     found = []
     for boxes, cost in ((head_boxes, _HEAD_COST), (bodies, _BODY_COST)):
