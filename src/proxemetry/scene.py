@@ -275,6 +275,10 @@ def _people_to_dict(people: People) -> dict[str, Any]:
         skeleton["joints"] = list(people.skeleton.joints)  # nobody else knows it
     if people.source:
         skeleton["source"] = people.source
+    if np.isfinite(people.depth_m).any():
+        arrays += ("depth_m", "depth_sd_m")
+    if any(people.attributes):
+        skeleton["attributes"] = [dict(one) for one in people.attributes]
     return {**skeleton, **{name: _numbers(getattr(people, name)) for name in arrays}}
 
 
@@ -291,6 +295,8 @@ def _people_from_dict(fields: Mapping[str, Any]) -> People:
         _array(fields["heading_rad"], count),
         _array(fields["heading_sd_rad"], count),
         fields.get("source", ""),
+        *(_array(fields[name], count) if name in fields else _array([], 0) for name in ("depth_m", "depth_sd_m")),
+        fields.get("attributes", ()),
     )
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Protocol, cast
@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..arrays import FloatArray
 from ..errors import KeypointsError
+from .attributes import Attributes, checked
 from .skeleton import MIDDLES, Skeleton
 
 if TYPE_CHECKING:
@@ -36,6 +37,11 @@ class People:
         of sight: a heading h of somebody who stands at azimuth a, to the right of the camera's axis, faces
         (sin(h - a), 0, -cos(h - a)) in the camera frame.
     source: the name of the back end that saw them, for whoever weighs joints (`keypoint_noise`); "" where nobody knows.
+    depth_m, depth_sd_m: shape (P,); how far each person is along the camera's axis as somebody else measured it (an
+        RGB-D camera, a lidar, a metric-depth network), and the standard deviation; NaN where nobody did. It is the
+        depth of the body's middle: who measures a surface adds what lies between (half a chest's depth, 0.12 m, for
+        somebody seen from the front).
+    attributes: of each person, what the recording says of them beside, by key (`attributes.attributes_of`).
 
     Construction raises KeypointsError where shapes do not fit. A keypoint with score 0, a NaN score or a NaN
     coordinate is missing in all three arrays.
@@ -49,6 +55,9 @@ class People:
     heading_rad: FloatArray = field(default_factory=_empty)
     heading_sd_rad: FloatArray = field(default_factory=_empty)
     source: str = ""
+    depth_m: FloatArray = field(default_factory=_empty)
+    depth_sd_m: FloatArray = field(default_factory=_empty)
+    attributes: Sequence[Attributes] = ()
 
     def __repr__(self) -> str:
         return f"People({len(self.keypoints_px)} with {len(self.skeleton)} keypoints, {self.skeleton.name})"
@@ -81,9 +90,20 @@ class People:
             self.person_scores if np.size(self.person_scores) else _mean_score(scores),
             (count,),
         )
-        for name in ("heading_rad", "heading_sd_rad"):
+        for name in ("heading_rad", "heading_sd_rad", "depth_m", "depth_sd_m"):
             value = getattr(self, name)
             self._set(name, value if np.size(value) else np.full(count, np.nan), (count,))
+        self._check_depth()
+        object.__setattr__(self, "attributes", checked(self.attributes, count))
+
+    def _check_depth(self) -> None:
+        depth, sd = self.depth_m, self.depth_sd_m
+        if (np.isfinite(depth) != np.isfinite(sd)).any():
+            raise KeypointsError(
+                "a person's depth needs its standard deviation, in metres both, and the other way round"
+            )
+        if (depth <= 0).any() or (sd <= 0).any() or np.isinf(depth).any() or np.isinf(sd).any():
+            raise KeypointsError("a person's depth and its standard deviation are metres above 0")
 
     def __iter__(self) -> Iterator[People]:
         return (self[row] for row in range(len(self)))
@@ -110,7 +130,8 @@ class People:
             rows = [range(len(self))[rows]]  # one person is people too; beyond the last is an IndexError
         return People(
             self.skeleton, self.keypoints_px[rows], self.scores[rows], self.boxes_px[rows], self.person_scores[rows],
-            self.heading_rad[rows], self.heading_sd_rad[rows], self.source,
+            self.heading_rad[rows], self.heading_sd_rad[rows], self.source, self.depth_m[rows], self.depth_sd_m[rows],
+            [self.attributes[i] for i in np.arange(len(self))[rows]],
         )  # fmt: skip
 
     def joint(self, name: str) -> FloatArray:

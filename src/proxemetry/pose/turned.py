@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from ..arrays import FloatArray
@@ -75,7 +77,7 @@ def _turned(people: People, photo: Photo) -> People:
         order = list(people.skeleton.mirror)
         keypoints, scores = keypoints[:, order], scores[:, order]
     corners = np.concatenate([boxes.min(axis=1), boxes.max(axis=1)], axis=-1)
-    return People(people.skeleton, keypoints, scores, corners, people.person_scores)
+    return replace(people, keypoints_px=keypoints, scores=scores, boxes_px=corners)
 
 
 def _moved(points_px: FloatArray, photo: Photo) -> FloatArray:

@@ -143,10 +143,13 @@ def _near(point: Sequence[float], scene: Scene) -> Sequence[float]:
 
 
 def _joined(one: People, other: People) -> People:
-    names = ("keypoints_px", "scores", "boxes_px", "person_scores", "heading_rad", "heading_sd_rad")
+    arrays = (
+        "keypoints_px", "scores", "boxes_px", "person_scores", "heading_rad", "heading_sd_rad", "depth_m", "depth_sd_m",
+    )  # fmt: skip
     return People(
-        one.skeleton, *(np.concatenate([getattr(one, n), getattr(other, n)]) for n in names), source=one.source
-    )
+        one.skeleton, **{name: np.concatenate([getattr(one, name), getattr(other, name)]) for name in arrays},
+        source=one.source, attributes=[*one.attributes, *other.attributes],
+    )  # fmt: skip
 
 
 def _move_joint(draft: _Draft, value: Mapping[str, Any], scene: Scene) -> bool:

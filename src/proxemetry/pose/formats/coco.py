@@ -45,7 +45,7 @@ def read_annotations(where: str, content: Mapping[str, Any]) -> list[RecordedPho
             if str(entry.get("category_id")) in others:
                 continue
             if found is not None and entry.get("keypoints") and not entry.get("iscrowd"):
-                found.append(_annotated(entry))
+                found.append(_annotated(entry).stating(entry))
     if strangers and strangers == len(content["annotations"]):
         raise KeypointsError(f"{where}: no annotation's image_id is among the images' ids")
     answer: list[RecordedPhoto] = []
@@ -83,7 +83,8 @@ def read_results(where: str, content: Sequence[Mapping[str, Any]]) -> list[Recor
             identity = entry["image_id"]
             if not isinstance(identity, int | str):
                 raise KeypointsError(f"image_id {identity!r} is neither a number nor a name")
-            persons[identity].append(person_of(entry["keypoints"], entry.get("score"), _box(entry)))
+            person = person_of(entry["keypoints"], entry.get("score"), _box(entry))
+            persons[identity].append(person.stating(entry))
     answer: list[RecordedPhoto] = []
     for identity, found in persons.items():
         with naming(f"{where}, image_id {identity}"):

@@ -35,7 +35,7 @@ def read_openpose(where: str, photo: str, content: Mapping[str, Any]) -> Recorde
             _refuse_fractions(person)
             if len(person.scores) == len(_COCO_18):
                 skeleton, person = COCO_17, Person(person.keypoints[_FROM_18], person.scores[_FROM_18])
-            persons.append(person)
+            persons.append(person.stating(entry))
     with naming(where):
         return RecordedPhoto(photo, people_of(skeleton, persons))
 

@@ -7,8 +7,8 @@ from typing import Any
 
 from ...camera import Camera, FocalSource, Source
 from ...errors import KeypointsError
-from ...people.skeleton import BOX, skeleton_named
-from .recording import RecordedPhoto, box_person, naming, people_of, person_of, size_of
+from ...people.skeleton import BOX, Skeleton, skeleton_named
+from .recording import Person, RecordedPhoto, box_person, naming, people_of, person_of, size_of
 
 
 def read_own(where: str, content: Mapping[str, Any]) -> list[RecordedPhoto]:
@@ -22,15 +22,16 @@ def read_own(where: str, content: Mapping[str, Any]) -> list[RecordedPhoto]:
             if not isinstance(name, str) or not name:
                 raise KeypointsError(f"'filename' is {name!r}: it must be the photo's name")
             width, height = size_of(entry)
-            persons = [
-                box_person(person["box"], person.get("score"))
-                if skeleton == BOX
-                else person_of(person["keypoints"], person.get("score"), person.get("box"))
-                for person in entry.get("people", [])
-            ]
+            persons = [_person(person, skeleton) for person in entry.get("people", [])]
             camera = _camera(entry.get("camera"), width, height)
             answer.append(RecordedPhoto(name, people_of(skeleton, persons), width, height, camera))
     return answer
+
+
+def _person(entry: Mapping[str, Any], skeleton: Skeleton) -> Person:
+    if skeleton == BOX:
+        return box_person(entry["box"], entry.get("score")).stating(entry)
+    return person_of(entry["keypoints"], entry.get("score"), entry.get("box")).stating(entry)
 
 
 def _camera(entry: Mapping[str, Any] | None, width: float | None, height: float | None) -> Camera | None:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Generator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,7 @@ from ...arrays import FloatArray
 from ...camera import Camera
 from ...errors import KeypointsError, ProxemetryError
 from ...people import People
+from ...people.attributes import NONE, Attributes, attributes_of
 from ...people.skeleton import COCO_17, HALPE_26, Skeleton
 from ...photo import LARGEST_PX
 from ..callables import BY_COUNT, WHOLE_BODIES, are_fractions, skeleton_of
@@ -26,6 +28,8 @@ _ALIASES = {
 
 #: What lies further out than ten of the largest photos is no coordinate.
 _FURTHEST_PX = 10 * LARGEST_PX
+#: What no instrument measures a person's depth at, metres.
+_FURTHEST_M = 1e5
 
 
 def shortened(value: object) -> str:
@@ -53,12 +57,41 @@ class RecordedPhoto:
 
 @dataclass(frozen=True, eq=False)
 class Person:
-    """One person's numbers: keypoints (K, 2), scores (K,), and a box x0, y0, x1, y1 and a score where given."""
+    """One person's numbers: keypoints (K, 2), scores (K,), and a box x0, y0, x1, y1 and a score where given.
+
+    depth_m, depth_sd_m, attributes: as `People` has them; NaN and none where the file says nothing.
+    """
 
     keypoints: FloatArray
     scores: FloatArray
     box: Sequence[float] | None = None
     score: float | None = None
+    depth_m: float = math.nan
+    depth_sd_m: float = math.nan
+    attributes: Attributes = NONE
+
+    def stating(self, entry: Mapping[str, Any]) -> Person:
+        """Return the person with what an entry of any JSON format says beside: depth_m, depth_sd_m, attributes.
+
+        Raises KeypointsError where a depth lacks its standard deviation or is none, and for attributes that no table
+        can hold.
+        """
+        depth, sd = entry.get("depth_m"), entry.get("depth_sd_m")
+        if (depth is None) != (sd is None):
+            name = "depth_sd_m" if sd is None else "depth_m"
+            raise KeypointsError(f"{name} is missing: a depth in metres and its standard deviation go together")
+        return replace(
+            self,
+            depth_m=math.nan if depth is None else _metres("depth_m", depth),
+            depth_sd_m=math.nan if sd is None else _metres("depth_sd_m", sd),
+            attributes=attributes_of(entry.get("attributes")),
+        )
+
+
+def _metres(name: str, value: object) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float) or not 0 < value < _FURTHEST_M:
+        raise KeypointsError(f"{name} is {shortened(value)}: it must be metres above 0, or left out where unknown")
+    return float(value)
 
 
 @contextmanager
@@ -109,10 +142,12 @@ def checked(person: Person) -> Person:
     if person.box is not None and len(person.box) < 4:
         raise KeypointsError(f"a box has four numbers, not {len(person.box)}")
     box = None if person.box is None else [float(v) for v in person.box[:4]]
-    return Person(
-        np.where(missing[:, None], np.nan, keypoints), np.where(missing, 0.0, np.clip(scores, 0.0, 1.0)),
-        box if box is not None and all(abs(v) < _FURTHEST_PX for v in box) else None, person.score,
-    )  # fmt: skip
+    return replace(
+        person,
+        keypoints=np.where(missing[:, None], np.nan, keypoints),
+        scores=np.where(missing, 0.0, np.clip(scores, 0.0, 1.0)),
+        box=box if box is not None and all(abs(v) < _FURTHEST_PX for v in box) else None,
+    )
 
 
 def people_of(skeleton: Skeleton, persons: Sequence[Person]) -> People:
@@ -130,7 +165,11 @@ def people_of(skeleton: Skeleton, persons: Sequence[Person]) -> People:
         boxes[row] = boxes[row] if person.box is None else person.box
         # a score of another scale (a sum over joints) is no probability; the keypoints' mean is kept
         scores[row] = person.score if person.score is not None and 0 <= person.score <= 1 else scores[row]
-    return People(skeleton, people.keypoints_px, people.scores, boxes, scores)
+    return People(
+        skeleton, people.keypoints_px, people.scores, boxes, scores,
+        depth_m=np.array([p.depth_m for p in persons]), depth_sd_m=np.array([p.depth_sd_m for p in persons]),
+        attributes=[p.attributes for p in persons],
+    )  # fmt: skip
 
 
 def has_shoulders(names: Sequence[str]) -> bool:
@@ -157,7 +196,7 @@ def renamed(names: Sequence[str], persons: Sequence[Person]) -> tuple[Skeleton, 
         if len(person.scores) != len(plain):
             raise KeypointsError(f"{len(person.scores)} keypoints for {len(plain)} named joints")
         keypoints = np.where(order[:, None] < 0, np.nan, person.keypoints[order])
-        answer.append(Person(keypoints, np.where(order < 0, 0.0, person.scores[order]), person.box, person.score))
+        answer.append(replace(person, keypoints=keypoints, scores=np.where(order < 0, 0.0, person.scores[order])))
     return skeleton, answer
 
 
@@ -171,8 +210,9 @@ def by_count(persons: Sequence[Person]) -> tuple[Skeleton, list[Person]]:
         known = ", ".join(str(n) for n in sorted({*BY_COUNT, *WHOLE_BODIES}))
         raise KeypointsError(f"{count} keypoints are no skeleton that is known ({known} joints are)")
     body = slice(len(skeleton))
-    cut = [Person(p.keypoints[body], p.scores[body], p.box, p.score) if len(p.scores) == count else p for p in persons]
-    return skeleton, cut
+    return skeleton, [
+        replace(p, keypoints=p.keypoints[body], scores=p.scores[body]) if len(p.scores) == count else p for p in persons
+    ]
 
 
 def refuse_fractions(recording: RecordedPhoto) -> None:

@@ -1,0 +1,156 @@
+"""What whoever recorded a person says of them beside where they are: attributes by key, as text.
+
+Nothing here looks at a picture: an attribute is carried, shown and counted by, and never judged.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import unicodedata
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Any, cast
+
+from ..errors import KeypointsError, SettingsError
+from ..files import is_whole
+
+#: One person's attributes: lower-case key -> text.
+Attributes = Mapping[str, str]
+
+#: What one person may carry: a column's heading, a cell that can be read, and no file in disguise.
+MOST_KEYS, LONGEST_KEY, LONGEST_VALUE = 50, 60, 1000
+
+NONE: Attributes = MappingProxyType({})
+_ANSWERS = {"yes": "true", "no": "false"}
+
+
+def attributes_of(stated: object) -> Attributes:
+    """Return attributes as they are kept: keys in lower case, every value as text, what has no value left out.
+
+    true and false are those words, whole numbers have no decimals, lists and objects are JSON; line breaks and other
+    control characters are blanks. Raises KeypointsError for anything but a mapping of texts, for more or longer ones
+    than tables hold, and for keys that differ in case alone.
+    """
+    if stated is None:
+        return NONE
+    if not isinstance(stated, Mapping):
+        raise KeypointsError(f"attributes are names with values, not {type(stated).__name__}")
+    found = cast("Mapping[object, object]", stated)
+    if len(found) > MOST_KEYS:
+        raise KeypointsError(f"a person has {len(found)} attributes: {MOST_KEYS} at most")
+    answer: dict[str, str] = {}
+    for name, value in found.items():
+        if not isinstance(name, str):
+            raise KeypointsError(f"an attribute is called {name!r:.40}: its name must be a text")
+        key = key_of(name)
+        text = _text(value)
+        if len(text) > LONGEST_VALUE:
+            raise KeypointsError(f"attribute {key!r} has {len(text):,} characters: {LONGEST_VALUE:,} at most")
+        if key in answer:
+            raise KeypointsError(f"attribute {key!r} is there twice: capitals make no difference")
+        if text:
+            answer[key] = text
+    return MappingProxyType(answer) if answer else NONE
+
+
+def key_of(name: str) -> str:
+    """Return an attribute's name as it is kept; raises KeypointsError where it could head no column."""
+    key = unicodedata.normalize("NFC", _plain(name)).lower()
+    if not key or len(key) > LONGEST_KEY:
+        raise KeypointsError(f"an attribute's name has {len(key):,} characters: 1 to {LONGEST_KEY}")
+    return key
+
+
+def _text(value: object) -> str:
+    if value is None:
+        return ""
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, int | float):
+        number = float(value)
+        if math.isnan(number):
+            return ""
+        return str(int(number)) if number.is_integer() and abs(number) < 1e15 else repr(number)
+    if isinstance(value, str):
+        return _plain(value)
+    try:
+        return _plain(json.dumps(value, ensure_ascii=False, sort_keys=True, separators=(",", ":")))
+    except (TypeError, ValueError, RecursionError) as error:
+        raise KeypointsError(f"an attribute's value is a {type(value).__name__}: write a text or a number") from error
+
+
+def _plain(text: str) -> str:
+    """Return a text in one line, without signs that no table can hold."""
+    if not is_whole(text):
+        raise KeypointsError("an attribute has half of a character (a lone surrogate)")
+    shown = "".join(" " if unicodedata.category(sign) in ("Cc", "Cf") else sign for sign in text)
+    return " ".join(shown.split())
+
+
+@dataclass(frozen=True)
+class PairsWhere:
+    """Which pairs count: those both of whose people have, for every key, one of the values.
+
+    accepted: key -> values as `compared` has them. A person without the attribute does not have it.
+    """
+
+    accepted: Mapping[str, frozenset[str]]
+
+    @classmethod
+    def parsed(cls, texts: Iterable[str]) -> PairsWhere | None:
+        """Return what texts like mask=no ask for, None where there are none; of one key several values, any will do.
+
+        Raises SettingsError where a text is no such condition.
+        """
+        accepted: dict[str, set[str]] = {}
+        for text in texts:
+            name, equals, value = text.partition("=")
+            try:
+                key = key_of(name)
+            except KeypointsError as error:
+                raise SettingsError(f"--pairs-where {text!r:.60}: write ATTRIBUTE=VALUE, like mask=no") from error
+            if not equals or not value.strip():
+                raise SettingsError(f"--pairs-where {text!r:.60}: write ATTRIBUTE=VALUE, like mask=no")
+            accepted.setdefault(key, set()).add(compared(value))
+        return cls({key: frozenset(values) for key, values in accepted.items()}) if accepted else None
+
+    def __str__(self) -> str:
+        return ", ".join(f"{key}={' or '.join(sorted(values))}" for key, values in self.accepted.items())
+
+    def holds(self, attributes: Attributes) -> bool:
+        """Return whether a person with these attributes counts."""
+        return all(key in attributes and compared(attributes[key]) in values for key, values in self.accepted.items())
+
+    def require_some(self, known: Mapping[str, Mapping[str, int]]) -> None:
+        """Raise SettingsError where nobody can have what is asked for; known: key -> value -> how many people."""
+        for key, values in self.accepted.items():
+            if key not in known:
+                there = f"there are {', '.join(sorted(known)[:8])}" if known else "nobody has any attributes there"
+                raise SettingsError(f"--pairs-where {self}: nobody has an attribute {key!r}; {there}")
+            if not any(compared(value) in values for value in known[key]):
+                most = sorted(known[key].items(), key=lambda item: (-item[1], item[0]))[:6]
+                there = ", ".join(f"{value:.40} ({number:,} people)" for value, number in most)
+                raise SettingsError(f"--pairs-where {self}: nobody has it; {key!r} is {there}")
+
+
+def compared(value: str) -> str:
+    """Return a value as it is compared: capitals, yes or true and how a number is written make no difference."""
+    text = _plain(value).casefold()
+    try:
+        return _text(float(text)) or text
+    except ValueError:
+        return _ANSWERS.get(text, text)
+
+
+def keys_of(attributes: Sequence[Attributes]) -> tuple[str, ...]:
+    """Return the keys that any of the people have, sorted."""
+    return tuple(sorted({key for one in attributes for key in one}))
+
+
+def checked(stated: Sequence[Any], count: int) -> tuple[Attributes, ...]:
+    """Return the attributes of `count` people, none of anybody where nothing is stated."""
+    if len(stated) not in (0, count):
+        raise KeypointsError(f"people.attributes has {len(stated)} entries for {count} people")
+    return tuple(attributes_of(one) for one in stated) if len(stated) else (NONE,) * count
