@@ -13,6 +13,9 @@ from .arrays import FloatArray
 #: People contradict a camera's stated place where they put it further off than this many standard deviations, theirs
 #: and the place's together: by chance in one photo of a thousand, if both were as normal as they say.
 MOST_MISFIT = 2.6
+#: The picture contradicts a person's stated depth where it is off by more than this many standard deviations, its own
+#: and the picture's together: by chance of one person in a thousand (two-sided normal).
+MOST_DEPTH_MISFIT = 3.3
 
 
 @dataclass(frozen=True)
@@ -63,6 +66,8 @@ class Bodies:
     modes: several explanations with weights that sum to one; empty where one is enough.
     mount_misfit: by how many standard deviations the people put the camera elsewhere than its mount, root mean square
         over what the mount says; NaN without one.
+    depth_misfit: shape (P,), by how many standard deviations a person's stated depth is off what all else says,
+        positive where it is stated too far; NaN where none is stated.
     """
 
     positions_m: FloatArray
@@ -78,12 +83,13 @@ class Bodies:
     floor: Floor | None = None
     modes: tuple[Mode, ...] = ()
     mount_misfit: float = float("nan")
+    depth_misfit: FloatArray = field(default_factory=_nothing)
 
     def __post_init__(self) -> None:
         count = len(self.basis)
         self._set("positions_m", self.positions_m, (count, 3))
         self._set("covariance_m2", self.covariance_m2, (3 * count, 3 * count))
-        for name in ("heading_rad", "heading_sd_rad", "stature_m", "stature_sd_m"):
+        for name in ("heading_rad", "heading_sd_rad", "stature_m", "stature_sd_m", "depth_misfit"):
             value = getattr(self, name)
             self._set(name, value if np.size(value) else np.full(count, np.nan), (count,))
         if self.up is not None:

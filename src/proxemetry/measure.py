@@ -11,7 +11,7 @@ from typing import Any, cast
 
 import numpy as np
 
-from .bodies import MOST_MISFIT, Bodies
+from .bodies import MOST_DEPTH_MISFIT, MOST_MISFIT, Bodies
 from .camera import Camera, CameraEstimate, Doubt, Flag, FocalSource, Mount
 from .camera.choice import PictureLines, choose_camera, with_gravity
 from .camera.focal import FocalRequest
@@ -99,7 +99,7 @@ def place(
         estimate.mount.check_size(width, height)
     _check_rows(settings.locate, len(people))
     bodies, status, reason = _locate(people, estimate, settings)
-    estimate = _with_contradiction(estimate, bodies)
+    estimate = _with_contradiction(_with_depth_contradictions(estimate, people, bodies), bodies)
     return Scene(
         name, sha256, width, height, status, reason, estimate, people, bodies,
         settings=settings.without_table, made_by=Provenance(__version__, camera_table=settings.table),
@@ -237,3 +237,22 @@ def _with_contradiction(estimate: CameraEstimate, bodies: Bodies) -> CameraEstim
     off = f"{estimate.mount.source}; {bodies.mount_misfit:.1f} standard deviations off"
     said = f"the people contradict the camera's pitch, roll or height ({off}), or they stand on no level floor"
     return replace(estimate, flags=(*kept, Flag(Doubt.MOUNT, said)))
+
+
+#: People whose stated depths are named as contradicted; beyond, they are counted.
+_MOST_NAMED = 3
+
+
+def _with_depth_contradictions(estimate: CameraEstimate, people: People, bodies: Bodies) -> CameraEstimate:
+    """Return the estimate with a doubt where the picture contradicts depths that are stated of people."""
+    kept = tuple(flag for flag in estimate.flags if flag.doubt is not Doubt.DEPTH)
+    rows = np.flatnonzero(np.abs(bodies.depth_misfit) > MOST_DEPTH_MISFIT)
+    if not len(rows):
+        return replace(estimate, flags=kept)
+    named = ", ".join(
+        f"person {row} {people.depth_m[row]:.3g} m stated, {bodies.positions_m[row, 2]:.3g} m seen"
+        for row in rows[:_MOST_NAMED]
+    )
+    more = f" and {len(rows) - _MOST_NAMED} more" if len(rows) > _MOST_NAMED else ""
+    said = f"the picture contradicts {len(rows)} of the {int(np.isfinite(people.depth_m).sum())} stated depths"
+    return replace(estimate, flags=(*kept, Flag(Doubt.DEPTH, f"{said} ({named}{more})")))

@@ -295,9 +295,15 @@ def _people_from_dict(fields: Mapping[str, Any]) -> People:
         _array(fields["heading_rad"], count),
         _array(fields["heading_sd_rad"], count),
         fields.get("source", ""),
-        *(_array(fields[name], count) if name in fields else _array([], 0) for name in ("depth_m", "depth_sd_m")),
-        fields.get("attributes", ()),
+        depth_m=_stated("depth_m", fields, count),
+        depth_sd_m=_stated("depth_sd_m", fields, count),
+        attributes=fields.get("attributes", ()),
     )
+
+
+def _stated(name: str, fields: Mapping[str, Any], count: int) -> FloatArray:
+    """Return a vector that is written only where it says something, empty where it is not."""
+    return _array(fields[name], count) if name in fields else np.zeros(0)
 
 
 def _bodies_to_dict(bodies: Bodies) -> dict[str, Any]:
@@ -319,6 +325,7 @@ def _bodies_to_dict(bodies: Bodies) -> dict[str, Any]:
             for m in bodies.modes
         ],
         "mount_misfit": _finite(bodies.mount_misfit),
+        **({"depth_misfit": _numbers(bodies.depth_misfit)} if np.isfinite(bodies.depth_misfit).any() else {}),
     }
 
 
@@ -339,6 +346,7 @@ def _bodies_from_dict(fields: Mapping[str, Any]) -> Bodies:
             for m in fields["modes"]
         ),
         mount_misfit=math.nan if fields.get("mount_misfit") is None else fields["mount_misfit"],
+        depth_misfit=_stated("depth_misfit", fields, count),
         **vectors,
     )
 

@@ -129,6 +129,7 @@ class Doubt(StrEnum):
     ZOOMED = "zoomed"
     LENS = "lens"
     MOUNT = "mount"
+    DEPTH = "depth"
     PROJECTION = "projection"
     OTHER = "other"
 

@@ -10,7 +10,6 @@ import math
 import unicodedata
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from types import MappingProxyType
 from typing import Any, cast
 
 from ..errors import KeypointsError, SettingsError
@@ -22,7 +21,6 @@ Attributes = Mapping[str, str]
 #: What one person may carry: a column's heading, a cell that can be read, and no file in disguise.
 MOST_KEYS, LONGEST_KEY, LONGEST_VALUE = 50, 60, 1000
 
-NONE: Attributes = MappingProxyType({})
 _ANSWERS = {"yes": "true", "no": "false"}
 
 
@@ -34,7 +32,7 @@ def attributes_of(stated: object) -> Attributes:
     than tables hold, and for keys that differ in case alone.
     """
     if stated is None:
-        return NONE
+        return {}
     if not isinstance(stated, Mapping):
         raise KeypointsError(f"attributes are names with values, not {type(stated).__name__}")
     found = cast("Mapping[object, object]", stated)
@@ -52,7 +50,7 @@ def attributes_of(stated: object) -> Attributes:
             raise KeypointsError(f"attribute {key!r} is there twice: capitals make no difference")
         if text:
             answer[key] = text
-    return MappingProxyType(answer) if answer else NONE
+    return answer
 
 
 def key_of(name: str) -> str:
@@ -153,4 +151,4 @@ def checked(stated: Sequence[Any], count: int) -> tuple[Attributes, ...]:
     """Return the attributes of `count` people, none of anybody where nothing is stated."""
     if len(stated) not in (0, count):
         raise KeypointsError(f"people.attributes has {len(stated)} entries for {count} people")
-    return tuple(attributes_of(one) for one in stated) if len(stated) else (NONE,) * count
+    return tuple(attributes_of(one) for one in stated or [None] * count)

@@ -56,8 +56,8 @@ PEOPLE = (
         "basis",
         "VARCHAR",
         "",
-        "the evidence used: feet, legs, torso, shoulders, eyes, head, with + between them; torso, shoulder or pupil "
-        "where the paper's estimators placed the person",
+        "the evidence used: feet, legs, torso, shoulders, eyes, head, depth, with + between them; torso, shoulder or "
+        "pupil where the paper's estimators placed the person",
         lambda s, i: s.bodies.basis[i] or None,
     ),
     Column("score", "DOUBLE", "", "detector's confidence, 0 to 1", lambda s, i: float(s.people.person_scores[i])),
@@ -133,6 +133,20 @@ PEOPLE = (
         "possible_duplicate", "BOOLEAN", "",
         "true: may be another person of the photo, of a higher score, seen a second time",
         lambda s, i: bool(s.possible_duplicates[i]),
+    ),
+    Column(
+        "stated_depth_m", "DOUBLE", "m", "depth along the optical axis as another instrument measured it",
+        lambda s, i: float(s.people.depth_m[i]),
+    ),
+    Column(
+        "stated_depth_sd_m", "DOUBLE", "m", "standard deviation of stated_depth_m, as stated",
+        lambda s, i: float(s.people.depth_sd_m[i]),
+    ),
+    Column(
+        "depth_misfit", "DOUBLE", "",
+        "standard deviations by which stated_depth_m is off what all else says, positive: too far; beyond 3.3 the "
+        "picture contradicts it",
+        lambda s, i: float(s.bodies.depth_misfit[i]),
     ),
 )  # fmt: skip
 assert {p.lower() for p in PARTS} == {"eyes", "head", "shoulder", "torso"}

@@ -1,12 +1,20 @@
-"""Whether the people say that the camera is not where its mount has it."""
+"""Whether the picture contradicts what is stated: the camera's place by its mount, or how far away a person is."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from ...arrays import FloatArray
-from .projection import N_SHARED
-from .solver import Fit, SharedPrior, schur_complement, solve_batch
+from .projection import DEPTH, N_LOCAL, N_SHARED
+from .solver import (
+    Fit,
+    HypothesisBatch,
+    SharedPrior,
+    evaluate_rows,
+    schur_complement,
+    solve_batch,
+    stated_depth_precision,
+)
 
 #: What is known of pitch, roll, log height, log focal length and principal point (in focal lengths) of a camera that
 #: may be anywhere: so wide that it decides nothing, and the people's own equations stay solvable.
@@ -31,3 +39,32 @@ def misfit(fit: Fit, prior: SharedPrior) -> float:
     apart = (fit.shared + own[:, 0])[which] - prior.place.mean
     covariance = own[:, 1:][np.ix_(which, which)] + prior.place.covariance
     return float(np.sqrt(apart @ solve_batch(covariance, apart) / len(which)))
+
+
+def depth_misfit(rows: HypothesisBatch, fit: Fit, elsewhere: FloatArray) -> FloatArray:
+    """Return by how many standard deviations each stated depth is off what everything else says, shape (P,).
+
+    rows: the fit's. elsewhere: shape (P,), what other explanations of a person add to the variance of the log depth.
+    The deviation is that of both sides together, the depth's own part in the fit taken out again; positive where it is
+    stated too far away, NaN where none is stated.
+    """
+    stated = rows.depth_precision > 0
+    if not stated.any():
+        return np.full(len(rows), np.nan)
+    told, precision = stated_depth_precision(rows, fit.local), 1 / _depth_variance(rows, fit)
+    rest = np.maximum(precision - told, 1e-6 * precision)  # never negative but for rounding
+    sd = 1 / np.where(stated, rows.depth_precision, 1.0)
+    away = (rows.log_depth - fit.local[:, DEPTH]) * precision / rest
+    return np.where(stated, away / np.sqrt(1 / rest + elsewhere + sd**2), np.nan)
+
+
+def _depth_variance(rows: HypothesisBatch, fit: Fit) -> FloatArray:
+    """Return the variance of everybody's log depth (P,), from the equations at the answer itself."""
+    normal, _, _ = evaluate_rows(rows, fit.local, fit.shared)
+    answer, reduced = schur_complement(normal)
+    shared = reduced.sum(axis=0)[:, :-1] + fit.shared_normal[:, :-1]
+    unit = np.zeros((N_LOCAL, 1))
+    unit[DEPTH] = 1.0
+    own = solve_batch(normal[:, :N_LOCAL, :N_LOCAL], unit)[:, DEPTH, 0]
+    by_shared = answer[:, DEPTH, :N_SHARED]
+    return own + (by_shared * solve_batch(shared, by_shared.T).T).sum(axis=1)

@@ -22,6 +22,9 @@ _EDGE = 0.002
 #: What no detector resolves, as a share of the photo's diagonal: about 0.7 px of a 1600 x 900 photo. The back end's own
 #: floor holds where that is more.
 _RESOLUTION = 4e-4
+#: What a stated depth is not known better than, metres: whoever measures it and the body model do not mean the same
+#: point of a body that leans and breathes. An assumption.
+_LEAST_DEPTH_SD_M = 0.05
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,6 +34,8 @@ class Evidence:
     points: shape (P, K, 2), zero where absent. seen: shape (P, K). waver: shape (P, K), how far the
     detector strays at that score, in statures. resolution: the noise of a sharp point, in the same units as points.
     heading_rad, heading_sd_rad: shape (P,), what the back end says itself, in the camera frame; NaN where nothing.
+    log_depth, depth_rel_sd: shape (P,), the log of the stated depth in metres of the torso's middle along the camera's
+        axis, and its standard deviation; NaN where nothing is stated.
     lengths: what the back end makes of body lengths, in the order of `anthropometry.LENGTHS`.
     """
 
@@ -40,6 +45,8 @@ class Evidence:
     resolution: float
     heading_rad: FloatArray
     heading_sd_rad: FloatArray
+    log_depth: FloatArray
+    depth_rel_sd: FloatArray
     lengths: SeenLengths = ()
 
 
@@ -61,6 +68,8 @@ def evidence_of(people: People, camera: Camera, model: BodyModel) -> Evidence:
         resolution=max(_RESOLUTION * diagonal, law.floor_px) / camera.f_px,
         heading_rad=people.heading_rad - _azimuth(points, seen),
         heading_sd_rad=people.heading_sd_rad,
+        log_depth=np.log(people.depth_m),
+        depth_rel_sd=np.hypot(people.depth_sd_m, _LEAST_DEPTH_SD_M) / people.depth_m,
         lengths=tuple((law.scale.get(name, 1.0), law.common.get(name, 0.0)) for name in LENGTHS),
     )
 

@@ -88,7 +88,8 @@ def _measurable(evidence: Evidence) -> NDArray[np.bool_]:
 def _taken(evidence: Evidence, index: NDArray[np.intp]) -> Evidence:
     return Evidence(
         evidence.points[index], evidence.seen[index], evidence.score_noise[index], evidence.resolution,
-        evidence.heading_rad[index], evidence.heading_sd_rad[index], evidence.lengths,
+        evidence.heading_rad[index], evidence.heading_sd_rad[index], evidence.log_depth[index],
+        evidence.depth_rel_sd[index], evidence.lengths,
     )  # fmt: skip
 
 
@@ -128,9 +129,9 @@ def _fit(
     scale = _scale(hypotheses.local[first])
     rows = batch_of(hypotheses, evidence, types, floor_sd, model, scale)
 
-    # two steps on a looser floor first: people whom the coarse search put off it still find it
+    # two steps with a looser floor and depths first: people whom the coarse search put off them still find them
     tried = np.flatnonzero(hypotheses.group == 0)
-    loose, leading = rows.taken(tried).with_floor(_LOOSE), np.searchsorted(tried, first)
+    loose, leading = rows.taken(tried).with_floor(_LOOSE).with_depth(_LOOSE), np.searchsorted(tried, first)
     near = gauss_newton_step(loose, hypotheses.local[tried], start.shared, prior, leading)
     near = gauss_newton_step(loose, near.local, near.shared, prior, leading)
     hypotheses = scaled_to_group(hypotheses.with_local(tried, near.local), first)

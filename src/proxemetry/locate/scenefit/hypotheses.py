@@ -161,6 +161,7 @@ def batch_of(
     """Return the solver's rows; scale (P,) is each person's stature over depth, for the noise."""
     person = hypotheses.person
     mean, precision, log_volume = _priors(hypotheses, evidence, types, model)
+    stated = np.isfinite(evidence.log_depth)
     return HypothesisBatch(
         person=person,
         points=evidence.points[person].transpose(0, 2, 1),
@@ -170,6 +171,8 @@ def batch_of(
         prior_precision=precision,
         prior_log_volume=log_volume,
         floor_precision=1 / floor_sd[person],
+        log_depth=np.where(stated, evidence.log_depth, 0.0)[person],
+        depth_precision=np.where(stated, 1 / evidence.depth_rel_sd, 0.0)[person],
     )
 
 

@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...arrays import FloatArray
-from ...bodies import Bodies, Floor, Mode
+from ...bodies import MOST_DEPTH_MISFIT, Bodies, Floor, Mode
 from .alternatives import Explained, Explanations
 from .body_model import BodyModel
-from .evidence import Evidence
+from .contradiction import depth_misfit
 from .projection import (
     DEPTH,
     HEADING,
@@ -57,6 +57,7 @@ class Placed:
     stature_sd_m: FloatArray
     floor: Floor | None
     modes: tuple[Mode, ...]
+    depth_misfit: FloatArray
     mount_misfit: float = float("nan")
 
     def bodies(self, count: int, rows: NDArray[np.intp], reason: str) -> Bodies:
@@ -85,6 +86,7 @@ class Placed:
             self, positions_m=self.positions_m[known], covariance_m2=self.covariance_m2[np.ix_(index, index)],
             heading_rad=self.heading_rad[known], heading_sd_rad=self.heading_sd_rad[known],
             stature_m=self.stature_m[known], stature_sd_m=self.stature_sd_m[known], modes=modes,
+            depth_misfit=self.depth_misfit[known],
         )  # fmt: skip
 
     def _among(
@@ -99,6 +101,7 @@ class Placed:
             basis, reasons, self.up, _spread(self.heading_rad, count, rows),
             _spread(self.heading_sd_rad, count, rows), _spread(self.stature_m, count, rows),
             _spread(self.stature_sd_m, count, rows), self.floor, modes, self.mount_misfit,
+            _spread(self.depth_misfit, count, rows),
         )  # fmt: skip
 
 
@@ -113,10 +116,12 @@ def placed_people(explained: Explained, model: BodyModel) -> Placed:
     covariance[blocks[:, :, None], blocks[:, None, :]] += shift
     heading, heading_sd = _headings(rows, explanations, weights, local_sd, fit, len(first))
     stature = np.exp(fit.local[:, _STATURE])
+    elsewhere = shift[:, 2, 2] * np.exp(-2 * fit.local[:, DEPTH])
+    misfit = depth_misfit(rows.taken(first), fit, elsewhere)
     return Placed(
         positions_m=torso_position(fit.local, fit.shared),
         covariance_m2=covariance,
-        basis=_basis(explained.evidence, fit, model, explained.on_floor),
+        basis=_basis(explained, model, misfit),
         up=-camera_axes(fit.shared[None, PITCH : ROLL + 1])[0, :, 1],
         heading_rad=heading,
         heading_sd_rad=heading_sd,
@@ -124,6 +129,7 @@ def placed_people(explained: Explained, model: BodyModel) -> Placed:
         stature_sd_m=stature * local_sd[:, _STATURE],
         floor=_floor(fit, shared_covariance) if explained.on_floor.any() else None,
         modes=_modes(choices, explanations, weights, first, fit),
+        depth_misfit=misfit,
         mount_misfit=explained.mount_misfit,
     )
 
@@ -249,11 +255,13 @@ def _floor(fit: Fit, covariance: FloatArray) -> Floor | None:
     )  # fmt: skip
 
 
-def _basis(evidence: Evidence, fit: Fit, model: BodyModel, on_floor: NDArray[np.bool_]) -> tuple[str, ...]:
-    believed = evidence.seen & (fit.weights > _BELIEVED)
+def _basis(explained: Explained, model: BodyModel, depth_misfit: FloatArray) -> tuple[str, ...]:
+    believed = explained.evidence.seen & (explained.fit.weights > _BELIEVED)
     used = believed @ np.stack(list(model.kinds.values()), axis=1)
-    used[:, list(model.kinds).index("feet")] &= on_floor
-    return tuple("+".join(kind for kind, true in zip(model.kinds, row, strict=True) if true) for row in used.tolist())
+    used[:, list(model.kinds).index("feet")] &= explained.on_floor
+    used = np.column_stack([used, np.abs(depth_misfit) <= MOST_DEPTH_MISFIT])
+    kinds = (*model.kinds, "depth")
+    return tuple("+".join(kind for kind, true in zip(kinds, row, strict=True) if true) for row in used.tolist())
 
 
 def _spread(values: FloatArray, count: int, rows: NDArray[np.intp]) -> FloatArray:

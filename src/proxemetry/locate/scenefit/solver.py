@@ -2,7 +2,7 @@
 
 The normal equations are an arrow: each row has its own unknowns and all share the camera's, so a step costs one small
 solve a row and one for the shared (Schur complement): linear in people. Keypoints have Student-t noise, as do the
-floor's distance and the camera's prior: an outlier loses its pull instead of moving the rest.
+floor's distance, stated depths and the camera's prior: an outlier loses its pull instead of moving the rest.
 """
 
 from __future__ import annotations
@@ -15,9 +15,11 @@ from numpy.typing import NDArray
 from ...arrays import FloatArray
 from .projection import DEPTH, FOCAL, HEADING, N_LOCAL, N_SHARED, TURN, BodyTables, project
 
-#: Degrees of freedom of Student's distribution (docs/method.md, "Evidence" and "Beforehand"): keypoints, floor, camera.
+#: Degrees of freedom of Student's distribution (docs/method.md, "Evidence" and "Beforehand"): keypoints, floor, stated
+#: depths, camera.
 _KEYPOINT_DOF = 5.0
 _FLOOR_DOF = 3.0
+_DEPTH_DOF = 3.0
 _SHARED_DOF = 3.0
 #: What is stated of the camera's place is believed as stated near its mean; its tails are heavy.
 _PLACE_DOF = 4.0
@@ -39,6 +41,7 @@ class HypothesisBatch:
     evidence. bodies: the tables of each row's posture. prior_mean (R, N_LOCAL), prior_precision (R, N_LOCAL, N_LOCAL):
     the prior of each body; prior_log_volume (R,): the log determinant of that precision.
     floor_precision: shape (R,), one over the standard deviation of soles about the floor, 0 for rows off it.
+    log_depth, depth_precision: shape (R,), the stated depth and one over its standard deviation, 0 where none is.
     """
 
     person: NDArray[np.intp]
@@ -49,6 +52,8 @@ class HypothesisBatch:
     prior_precision: FloatArray
     prior_log_volume: FloatArray
     floor_precision: FloatArray
+    log_depth: FloatArray
+    depth_precision: FloatArray
 
     def __len__(self) -> int:
         return len(self.person)
@@ -58,7 +63,7 @@ class HypothesisBatch:
         return HypothesisBatch(
             self.person[index], self.points[index], self.precision[index], self.bodies.taken(index),
             self.prior_mean[index], self.prior_precision[index], self.prior_log_volume[index],
-            self.floor_precision[index],
+            self.floor_precision[index], self.log_depth[index], self.depth_precision[index],
         )  # fmt: skip
 
     def with_precision(self, precision: FloatArray) -> HypothesisBatch:
@@ -68,6 +73,10 @@ class HypothesisBatch:
     def with_floor(self, factor: float | FloatArray) -> HypothesisBatch:
         """Return the rows with the floor's precision multiplied."""
         return replace(self, floor_precision=self.floor_precision * factor)
+
+    def with_depth(self, factor: float) -> HypothesisBatch:
+        """Return the rows with the stated depths' precision multiplied."""
+        return replace(self, depth_precision=self.depth_precision * factor)
 
 
 @dataclass(frozen=True, eq=False)
@@ -252,7 +261,18 @@ def evaluate_rows(
     normal[:, :N_LOCAL, :N_LOCAL] += rows.prior_precision
     normal[:, :N_LOCAL, -1] += pull
     cost += 0.5 * (off * pull).sum(axis=1)
+    away = rows.log_depth - local[:, DEPTH]
+    told = stated_depth_precision(rows, local)
+    normal[:, DEPTH, DEPTH] += told
+    normal[:, DEPTH, -1] += told * away
+    cost += (_DEPTH_DOF + 1) / 2 * np.log1p((away * rows.depth_precision) ** 2 / _DEPTH_DOF)
     return normal, cost, weights
+
+
+def stated_depth_precision(rows: HypothesisBatch, local: FloatArray) -> FloatArray:
+    """Return what the stated depths add to the precision of the rows' log depths (R,): little where one is far off."""
+    off = 1 + ((rows.log_depth - local[:, DEPTH]) * rows.depth_precision) ** 2 / _DEPTH_DOF
+    return (1 + 1 / _DEPTH_DOF) / off * rows.depth_precision**2
 
 
 def _step(fit: Fit, leading: NDArray[np.intp] | slice = slice(None)) -> tuple[FloatArray, FloatArray]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Generator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -14,7 +14,7 @@ from ...arrays import FloatArray
 from ...camera import Camera
 from ...errors import KeypointsError, ProxemetryError
 from ...people import People
-from ...people.attributes import NONE, Attributes, attributes_of
+from ...people.attributes import Attributes, attributes_of
 from ...people.skeleton import COCO_17, HALPE_26, Skeleton
 from ...photo import LARGEST_PX
 from ..callables import BY_COUNT, WHOLE_BODIES, are_fractions, skeleton_of
@@ -68,7 +68,7 @@ class Person:
     score: float | None = None
     depth_m: float = math.nan
     depth_sd_m: float = math.nan
-    attributes: Attributes = NONE
+    attributes: Attributes = field(default_factory=dict[str, str])
 
     def stating(self, entry: Mapping[str, Any]) -> Person:
         """Return the person with what an entry of any JSON format says beside: depth_m, depth_sd_m, attributes.
