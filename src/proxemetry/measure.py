@@ -16,7 +16,7 @@ from .camera import Camera, CameraEstimate, Doubt, Flag, FocalSource, Mount
 from .camera.choice import PictureLines, choose_camera, with_gravity
 from .camera.focal import FocalRequest
 from .errors import AssumedFocalWarning, CameraError, PhotoError, SettingsError
-from .locate import LocateSettings, method_named
+from .locate import MEASURE_PUPILS, LocateSettings, method_named
 from .people import People, PoseBackend
 from .photo import Photo, RGBArray
 from .pose.recording import Recording
@@ -68,7 +68,7 @@ def measure(
     if not isinstance(cast(object, camera), Camera | CameraEstimate | FocalRequest | None):
         raise SettingsError(f"camera must be a Camera, a CameraEstimate or a FocalRequest, not {camera!r:.40}")
     photo = _opened(photo)
-    backend = _backend(pose)
+    backend = _backend(pose, settings.method)
     people = backend.detect(photo)
     lines = PictureLines(photo, people) if settings.lines and len(people) else None
     estimate = _estimate(photo, people, camera or _recorded_camera(backend, photo, settings), settings, lines)
@@ -165,11 +165,11 @@ def _check_rows(settings: LocateSettings, count: int) -> None:
         raise SettingsError(f"off_floor names person {beyond[0]}, but there are {count} people, counted from 0")
 
 
-def _backend(pose: str | PoseBackend | Callable[..., Any]) -> PoseBackend:
-    from .pose import backend_named
+def _backend(pose: str | PoseBackend | Callable[..., Any], method: str) -> PoseBackend:
+    from .pose import PoseOptions, backend_named
 
     if isinstance(pose, str):
-        return backend_named(pose)
+        return backend_named(pose, PoseOptions(pupils=method in MEASURE_PUPILS))
     if hasattr(pose, "detect"):
         return cast(PoseBackend, pose)
     if not callable(cast(object, pose)):

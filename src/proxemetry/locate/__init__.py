@@ -21,6 +21,9 @@ METHODS = {
     "pupil": "pinhole:locate_pupil",
 }
 
+#: Those that may place a person by the distance between the eyes.
+MEASURE_PUPILS = ("combined", "pupil")
+
 #: Peculiarities of the published code that change its numbers; off unless named in `LocateSettings.quirks`.
 QUIRKS = {
     "code-torso-length": "the torso constant is the code's 444.5 mm, not the paper's 444 mm",

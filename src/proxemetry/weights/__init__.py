@@ -26,11 +26,11 @@ from .cache import (
     parts_are_here,
     verify,
 )
-from .table import EMBEDDED, EMBEDDED_FINDER, MODELS, Model, model_named
+from .table import EMBEDDED, EMBEDDED_FINDER, MODELS, PUPILS, Model, model_named
 
 __all__ = [
-    "EMBEDDED", "EMBEDDED_FINDER", "MODELS", "LocatedModel", "Model", "Progress", "add", "cache_folders", "fetch",
-    "if_to_be_had", "is_here", "is_offline", "locate", "model_named", "obtain", "require", "verify",
+    "EMBEDDED", "EMBEDDED_FINDER", "MODELS", "PUPILS", "LocatedModel", "Model", "Progress", "add", "cache_folders",
+    "fetch", "if_to_be_had", "is_here", "is_offline", "locate", "model_named", "obtain", "require", "verify",
 ]  # fmt: skip
 
 

@@ -292,6 +292,9 @@ EMBEDDED = tuple(model.name for model in _ROWS)
 #: What it finds more people with, and does without where it cannot be had.
 EMBEDDED_FINDER = _FINDER.name
 
+#: What sees the pupils of a head, whoever found it.
+PUPILS = ("face_landmark.tflite", "iris_landmark.tflite")
+
 
 def model_named(name: str) -> Model:
     """Return the model of that file name (its ending may be left out); raises SettingsError."""

@@ -150,7 +150,7 @@ def _named(paths: Sequence[str], job: Job) -> Search | Sequence[str] | None:
     """Return where photos are named; those that recorded keypoints name where no photo is; None without either."""
     found = search(paths) if paths else None
     if replays(job.pose) and (found is None or not found.any()):
-        backend = backend_named(job.pose, job.options)
+        backend = backend_named(job.pose, job.pose_options)
         return list(backend.photos) if isinstance(backend, Recording) else []
     if found is None:
         return None
@@ -260,7 +260,7 @@ def _packages() -> dict[str, str]:
 def _require_recorded(job: Job, listed: Manifest) -> None:
     """Raise KeypointsError where a keypoint file names none of the photos: nobody in a thousand photos is no result."""
     if job.pose.startswith("recorded:"):
-        backend = backend_named(job.pose, job.options)
+        backend = backend_named(job.pose, job.pose_options)
         if isinstance(backend, Recorded):
             backend.require_any(listed.names())
 

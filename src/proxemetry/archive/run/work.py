@@ -11,6 +11,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from ...errors import AssumedFocalWarning, PhotoError, ProxemetryError
+from ...locate import MEASURE_PUPILS
 from ...measure import measure
 from ...people import PoseBackend
 from ...photo import Photo
@@ -43,6 +44,11 @@ class Job:
     with_names: bool = False
     with_gps: bool = False
 
+    @property
+    def pose_options(self) -> PoseOptions:
+        """The back end's options: with pupils where the method measures the distance between them."""
+        return replace(self.options, pupils=self.settings.method in MEASURE_PUPILS)
+
     def open_photo(self, path: str | Path, name: str) -> Photo:
         """Return the photo at a path, with the metadata that this run may take along; raises PhotoError."""
         return Photo.open(path, name, with_names=self.with_names, with_gps=self.with_gps)
@@ -73,7 +79,7 @@ class Measurer:
     def __init__(self, job: Job) -> None:
         self.job = job
         self.folder = Folder(job.results)
-        self.backend: PoseBackend = backend_named(job.pose, job.options)
+        self.backend: PoseBackend = backend_named(job.pose, job.pose_options)
         self._made_by = Provenance(__version__, self.backend.name, dict(self.backend.models), job.settings.table)
         table = job.settings.focal.camera_table
         # Copies of a file may give other results under another name: their keypoints or camera go by name.

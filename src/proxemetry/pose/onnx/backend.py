@@ -15,6 +15,7 @@ from ...people.skeleton import Skeleton
 from ...photo import Photo, RGBArray
 from .. import PoseOptions
 from ..detections import Detections, suppressed
+from ..pupils import PupilNetworks
 from .letterbox import Placement, crop, person_region
 from .network import Floats, Network
 from .pose_decoders import HEADS
@@ -48,6 +49,8 @@ class OnnxBackend:
             for file in specification.files
         }
         detector = specification.detector
+        wanted = self.options.pupils and set(_EYES) <= set(specification.skeleton.joints)
+        self._pupils = PupilNetworks.to_be_had(offline=self.options.offline) if wanted else None
         self._photo_network = PhotoNetwork(detector, self.networks[detector.file], self.options.effort)
 
     @property
@@ -63,7 +66,8 @@ class OnnxBackend:
     @property
     def models(self) -> Mapping[str, str]:
         """Each network's file name and sha256."""
-        return MappingProxyType({network.path.name: network.sha256 for network in self.networks.values()})
+        own = {network.path.name: network.sha256 for network in self.networks.values()}
+        return MappingProxyType({**own, **(self._pupils.models if self._pupils else {})})
 
     def detect(self, photo: Photo) -> People:
         """Return the people of a photo in pixels of the full-size photo."""
@@ -77,7 +81,11 @@ class OnnxBackend:
             pixels, found = self._closer_look(photo, pixels, suppressed(found, self.specification.detector.overlap))
             people = self._top_down(pixels, found)
         height, width = pixels.shape[:2]
-        return self._kept(people.scaled(photo.width / width, photo.height / height), photo)
+        back = photo.width / width, photo.height / height
+        people = self._kept(people.scaled(*back), photo)
+        if self._pupils is None:
+            return people
+        return self._pupils.in_place_of_eyes(people.scaled(1 / back[0], 1 / back[1]), pixels).scaled(*back)
 
     def _closer_look(self, photo: Photo, pixels: RGBArray, found: Detections) -> tuple[RGBArray, Detections]:
         """Decode the photo again, larger, where its pixels are too few for the smallest person found."""
@@ -172,6 +180,7 @@ def _share_inside(people: People) -> FloatArray:
     return np.where(seen.any(axis=1), inside.sum(axis=1) / np.maximum(seen.sum(axis=1), 1), 1.0)
 
 
+_EYES = ("left_eye", "right_eye")
 _FRAME = ("nose", "left_shoulder", "right_shoulder", "left_hip", "right_hip")
 #: How far a joint may lie beyond its box, in the box's sides: boxes end at the skin, more or less.
 _BOX_MARGIN = 0.05
