@@ -35,6 +35,7 @@ LAYERS = (
     ("archive",),
     ("clip",),
     ("evaluate",),
+    ("annotate",),
     ("report",),
     ("web",),
     ("cli",),

@@ -16,18 +16,24 @@ _ITERATIONS = 200
 _SETTLED = 1e-13
 
 
-def minimise(residuals: Residuals, start: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the unknowns (N,) of the least sum of squares near a start, and the normal matrix (N, N) there."""
+def minimise(
+    residuals: Residuals, start: FloatArray, derivatives: Residuals | None = None
+) -> tuple[FloatArray, FloatArray]:
+    """Return the unknowns (N,) of the least sum of squares near a start, and the normal matrix (N, N) there.
+
+    derivatives: those of the residuals, shape (M, N), at given unknowns; by differences where None.
+    """
+    slope = derivatives or (lambda unknowns: _jacobian(residuals, unknowns))
     at, damping = start.copy(), 1e-4
     here = residuals(at)
-    jacobian = _jacobian(residuals, at)
+    jacobian = slope(at)
     for _ in range(_ITERATIONS):
         normal, pull = jacobian.T @ jacobian, -jacobian.T @ here
         step = np.linalg.solve(normal + damping * np.diag(np.diag(normal) + 1e-12), pull)
         there = residuals(at + step)
         if np.isfinite(there).all() and there @ there <= here @ here:
             at, here, damping = at + step, there, max(damping / 10, 1e-12)
-            jacobian = _jacobian(residuals, at)
+            jacobian = slope(at)
             if np.abs(step).max() < _SETTLED * max(1.0, float(np.abs(at).max())):
                 break
         elif damping > 1e12:
