@@ -111,7 +111,7 @@ class Network:
     def covariance(self, positions_m: FloatArray) -> FloatArray:
         """Return the covariance of the positions, shape (2 N, 2 N), of what the measurements tell."""
         slope = self.derivatives(positions_m.ravel())
-        return np.linalg.pinv(slope.T @ slope, rcond=_NULL**2, hermitian=True)
+        return np.asarray(np.linalg.pinv(slope.T @ slope, rcond=_NULL**2, hermitian=True), dtype=float)
 
     def redundancy(self, positions_m: FloatArray) -> FloatArray:
         """Return each residual's redundancy number, 0 (nothing checks it) to 1, shape (T + 2 S,) (Baarda 1968)."""

@@ -52,8 +52,8 @@ class Places:
     by_tag: dict[str, tuple[float, float]] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        known = np.isfinite(self.positions_m).all(axis=1)
-        places = {t: (float(x), float(y)) for t, (x, y), k in zip(self.tags, self.positions_m, known, strict=True) if k}
+        rows: list[tuple[float, float]] = [(float(x), float(y)) for x, y in self.positions_m]
+        places = {tag: at for tag, at in zip(self.tags, rows, strict=True) if math.isfinite(at[0])}
         object.__setattr__(self, "by_tag", places)
 
 
