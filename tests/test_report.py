@@ -6,12 +6,14 @@ import re
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
+from urllib.parse import unquote
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from proxemetry.archive.figures.overlays import draw
 from proxemetry.archive.review.corrections import FILE as LOG_FILE
 from proxemetry.archive.review.corrections import Log
 from proxemetry.archive.store.results import Results
@@ -110,7 +112,8 @@ def test_the_page_needs_nothing_but_itself(results: Results) -> None:
     path = write_report(results.folder.location, photos=2)
     text = path.read_text()
     assert path.name == FILE
-    assert not re.findall(r"""(?:src|href)\s*=\s*["'](?!data:)""", text) and "<script" not in text
+    assert not re.findall(r"""(?:src|href)\s*=\s*["'](?!data:|#figure-|(?:[.][.]/)+photos/|overlays/)""", text)
+    assert "<script" not in text
     assert text.count("data:image/jpeg;base64,") == 2 and "SECRET-CAPTION" not in text
     for heading in ("Distances", "By folder", "Why photos have no distances", "Limits", "How to cite", "What was run"):
         assert heading in text
@@ -131,6 +134,25 @@ def test_corrections_are_in_the_report(tmp_path: Path) -> None:
 def test_assumed_focal_lengths_stand_beside_the_distances(results: Results, tmp_path: Path) -> None:
     text = write_report(results.folder.location, tmp_path / "r.html").read_text()
     assert "In 1 of 4 measured photos the focal length is ASSUMED" in text
+
+
+def test_listed_pairs_link_to_figure_overlay_and_photo(tmp_path: Path) -> None:
+    results = make_results(tmp_path)
+    draw(results)
+    folder = Path(results.folder.location)
+    for path in (folder / FILE, tmp_path / "elsewhere" / "r.html"):
+        path.parent.mkdir(exist_ok=True)
+        text = write_report(folder, path, photos=1).read_text()
+        links = set(re.findall(r"href='([^']+)'>(figure|overlay|photo)<", text))
+        assert {what for _, what in links} == {"figure", "overlay", "photo"}
+        for address, what in links:
+            if what == "figure":
+                assert f"id='{address[1:]}'" in text
+            else:
+                assert (path.parent / unquote(address)).is_file() and not address.startswith("/")
+    for photo in (tmp_path / "photos").rglob("*.jpg"):
+        photo.unlink()
+    assert ">photo</a>" not in write_report(folder, photos=0).read_text()  # no link to what is gone
 
 
 def test_names_are_text_not_markup(tmp_path: Path) -> None:

@@ -17,6 +17,7 @@ from ..errors import OutputError, ProxemetryError, SettingsError
 from ..photo import Photo
 from ..plots.faces import FACES
 from ..scene import Scene
+from .links import links_of
 from .numbers import count
 from .page import page
 
@@ -59,8 +60,10 @@ def write_report(
         for scene in results.scenes(numbers.sample)
     ]
     title = f"Distances in {Path(results.folder.location).name}"
-    text = page(run, numbers, figures, methods, title=title, faces=faces, group_by=group_by)
     path = Path(out) if out is not None else Path(results.folder.location) / FILE
+    named = {pair.photo for pair in (*numbers.nearest_pairs, *numbers.uncertain_pairs)}
+    links = {photo: links_of(results, photo, path, [name for name, _ in figures]) for photo in named}
+    text = page(run, numbers, figures, links, methods, title=title, faces=faces, group_by=group_by)
     temporary = path.with_name(f".{path.name}.part")
     try:
         temporary.write_text(text, encoding="utf-8")

@@ -13,6 +13,7 @@ from ..camera import FocalBasis
 from ..distances import UNCERTAIN, ZONES
 from ..plots.pair_selection import metres_text
 from .charts import histogram, legend, zone_bar
+from .links import Links, figure_id
 from .numbers import Distances, Group, Numbers, Pair, Share, names_of
 from .wording import CITE, LIMITS, METHODS, STYLE
 
@@ -25,6 +26,7 @@ def page(
     run: Mapping[str, Any],
     numbers: Numbers,
     figures: Sequence[tuple[str, str]],
+    links: Mapping[str, Links],
     methods: str,
     *,
     title: str,
@@ -33,7 +35,8 @@ def page(
 ) -> str:
     """Return the page.
 
-    figures: (photo, data URL). methods: a paragraph to paste. faces: how heads are shown, for the words beside them.
+    figures: (photo, data URL). links: of the listed pairs' photos. methods: a paragraph to paste.
+    faces: how heads are shown, for the words beside them.
     """
     sections = [
         _head(title, run, numbers),
@@ -42,8 +45,13 @@ def page(
         _refusals(numbers),
         _cameras(numbers),
         _figures(figures, faces),
-        _pairs("The nearest pairs", numbers.nearest_pairs, "A distance near zero is more often a person found twice."),
-        _pairs("The least certain pairs", numbers.uncertain_pairs, "Where looking at the photo pays most."),
+        _pairs(
+            "The nearest pairs",
+            numbers.nearest_pairs,
+            links,
+            "A distance near zero is more often a person found twice.",
+        ),
+        _pairs("The least certain pairs", numbers.uncertain_pairs, links, "Where looking at the photo pays most."),
         _method(run, methods),
     ]
     return (
@@ -186,12 +194,13 @@ def _figures(figures: Sequence[tuple[str, str]], faces: str) -> str:
     if not figures:
         return ""
     hidden = (
-        " Heads are pixelated where people were found; somebody who was not found stays recognisable."
+        " Heads are pixelated where people were found; a person who was not found stays recognisable."
         if faces == "blur" else ""
     )  # fmt: skip
     shown = "".join(
-        f"<figure><img src='{url}' alt='{escape(photo, quote=True)} with distances and the view from above'></figure>"
-        for photo, url in figures
+        f"<figure id='{figure_id(k)}'><img src='{url}' alt='{escape(photo, quote=True)} with distances and the view "
+        "from above'></figure>"
+        for k, (photo, url) in enumerate(figures)
     )
     return (
         f"<section><h2>A sample of photos</h2><p>Picked by chance among those with distances, the same ones on every "
@@ -199,11 +208,11 @@ def _figures(figures: Sequence[tuple[str, str]], faces: str) -> str:
     )
 
 
-def _pairs(title: str, pairs: Sequence[Pair], text: str) -> str:
+def _pairs(title: str, pairs: Sequence[Pair], links: Mapping[str, Links], text: str) -> str:
     if not pairs:
         return ""
     rows = "".join(
-        f"<tr><th scope='row'>{escape(p.photo)}</th><td>{p.person_a} – {p.person_b}</td>"
+        f"<tr><th scope='row'>{_linked(p.photo, links[p.photo])}</th><td>{p.person_a} – {p.person_b}</td>"
         f"<td>{metres_text(p.distance_m, p.low_m, p.high_m)}</td><td>{escape(_zone(p))}</td></tr>"
         for p in pairs
     )
@@ -212,6 +221,13 @@ def _pairs(title: str, pairs: Sequence[Pair], text: str) -> str:
         "<th scope='col'>distance [90 % interval]</th><th scope='col'>zone</th></tr></thead>"
         f"<tbody>{rows}</tbody></table></section>"
     )
+
+
+def _linked(photo: str, links: Links) -> str:
+    """Return a photo's name with links to its figure in the page, its overlay and the photo, as far as they exist."""
+    named = (("figure", links.figure), ("overlay", links.overlay), ("photo", links.photo))
+    shown = " · ".join(f"<a href='{escape(url, quote=True)}'>{what}</a>" for what, url in named if url)
+    return f"{escape(photo)} <span class='links'>{shown}</span>" if shown else escape(photo)
 
 
 def _zone(pair: Pair) -> str:

@@ -21,12 +21,14 @@ METHODS = {
 
 LIMITS = (
     "Distances are between body centres as seen in one photo; a single image cannot show what it hides.",
-    "Who was not found is not counted: small, hidden and cropped people are missed more often, so counts are low.",
-    "A focal length wrong by 10 % stretches depth by 10 %, the distance side by side hardly; crops lie about theirs.",
-    "Bodies differ: an adult taken for a child, or the reverse, is placed wrongly by a quarter and more.",
-    "Long lenses press depth together: of two people one behind the other the interval says more than the number.",
-    "Zones are Hall's (1966) limits applied to numbers. They say nothing of what people mean by standing so.",
-    "Intervals hold 90 % only as far as the settings hold: an unnoticed crop or a second floor is not in them.",
+    "People who were not found are not counted. Small, hidden and cropped people are missed more often: counts are low.",
+    "A focal length that is 10 % too long stretches depth by 10 %; people side by side stay as far apart. A cropped photo "
+    "no longer shows what its recorded focal length says.",
+    "Bodies differ: a child taken for an adult is placed about a quarter too far away, an adult taken for a child too "
+    "near.",
+    "Long lenses compress depth: for two people one behind the other, quote the interval rather than the number.",
+    "Zones are Hall's (1966) limits applied to distances. They do not say what standing there means to the people.",
+    "Intervals hold 90 % only as far as the settings hold: they do not cover an unnoticed crop or a second floor.",
 )
 
 CITE = (
@@ -56,10 +58,11 @@ thead th{color:#4f5860;font-size:.85rem}tbody th{font-weight:500;overflow-wrap:a
 .chart .median{stroke:#1c2126;stroke-width:2.4}.chart .band{fill:#1c2126;fill-opacity:.16}
 .zones{width:100%;min-width:12rem;height:1.25rem}
 .legend{display:flex;flex-wrap:wrap;gap:.3rem 1.2rem;max-width:none}.legend svg{width:.8em;height:.8em}
+.links{font-size:.82rem;font-weight:400;white-space:nowrap;margin-left:.4rem}
 figure{margin:0 0 1.4rem}figure img{width:100%;border:1px solid #d9dde1;border-radius:8px}
 dl{display:grid;grid-template-columns:auto 1fr;gap:.15rem 1rem}dt{font-weight:600}dd{margin:0;overflow-wrap:anywhere}
 pre{background:#f3f5f6;padding:.8rem;border-radius:8px;white-space:pre-wrap;overflow-wrap:anywhere;font-size:.82rem}
 @page{margin:16mm 14mm}
-@media print{:root{background:#fff;font-size:10.5pt}main{max-width:none;padding:0}
+@media print{.links{display:none}:root{background:#fff;font-size:10.5pt}main{max-width:none;padding:0}
 figure,.block,tr,.tiles,li{break-inside:avoid}h2,h3{break-after:avoid}*{print-color-adjust:exact}}
 """
