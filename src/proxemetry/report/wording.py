@@ -21,9 +21,10 @@ METHODS = {
 
 LIMITS = (
     "Distances are between body centres as seen in one photo; a single image cannot show what it hides.",
-    "People who were not found are not counted. Small, hidden and cropped people are missed more often: counts are low.",
-    "A focal length that is 10 % too long stretches depth by 10 %; people side by side stay as far apart. A cropped photo "
-    "no longer shows what its recorded focal length says.",
+    "People who were not found are not counted. Small, hidden and cropped people are missed more often, so counts are "
+    "low.",
+    "A focal length that is 10 % too long stretches depth by 10 %; people side by side stay as far apart. A cropped "
+    "photo no longer shows what its recorded focal length says.",
     "Bodies differ: a child taken for an adult is placed about a quarter too far away, an adult taken for a child too "
     "near.",
     "Long lenses compress depth: for two people one behind the other, quote the interval rather than the number.",
