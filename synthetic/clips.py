@@ -62,10 +62,14 @@ def background(size: tuple[int, int], seed: int = 0) -> np.ndarray:
     return np.repeat(gray[..., None], 3, axis=2)
 
 
-def recorded(path: Path, names: list[str], places: np.ndarray, noise: float = 0.003, seed: int = 0) -> Path:
+def recorded(
+    path: Path, names: list[str], places: np.ndarray, noise: float = 0.003, seed: int = 0,
+    hidden: np.ndarray | None = None,
+) -> Path:  # fmt: skip
     """Write the keypoints of people at places (F, P, 2) to the right and ahead, NaN where unseen, a frame a name.
 
-    noise: standard deviation of a joint, in heights of the person in the picture.
+    noise: standard deviation of a joint, in heights of the person in the picture. hidden: shape (F, P), of whom the
+    legs are behind something.
     """
     from proxemetry.people.skeleton import COCO_17
 
@@ -73,17 +77,18 @@ def recorded(path: Path, names: list[str], places: np.ndarray, noise: float = 0.
     builds = [draw_build(rng) for _ in range(places.shape[1])]
     bodies = [pose_joints(b, draw_posture(rng, seated=False)) for b in builds]
     images = []
-    for name, where in zip(names, places, strict=True):
+    covered = np.zeros(places.shape[:2], dtype=bool) if hidden is None else hidden
+    for name, where, behind in zip(names, places, covered, strict=True):
         people = []
-        for body, place in zip(bodies, where, strict=True):
+        for body, place, legless in zip(bodies, where, behind, strict=True):
             if np.isfinite(place).all():
-                people.append(_person(body, place, COCO_17.joints, noise, rng))
+                people.append(_person(body, place, COCO_17.joints, noise, rng, legless))
         images.append({"filename": name, "width": WIDTH, "height": HEIGHT, "people": people})
     path.write_text(json.dumps({"skeleton": "coco17", "images": images}))
     return path
 
 
-def _person(body, place, joints, noise, rng) -> dict:
+def _person(body, place, joints, noise, rng, legless=False) -> dict:
     points = np.array([body[j] for j in joints])
     # everybody faces the camera: a body's left is to the right, its front nearer
     floor = np.column_stack([place[0] + points[:, 1], place[1] - points[:, 0], points[:, 2]])
@@ -91,7 +96,9 @@ def _person(body, place, joints, noise, rng) -> dict:
     tall = np.ptp(pixels[:, 1])
     pixels = pixels + rng.normal(0, noise * tall, pixels.shape)
     low, high = pixels.min(axis=0) - 0.05 * tall, pixels.max(axis=0) + 0.05 * tall
+    scores = [0.0 if legless and j.endswith(("hip", "knee", "ankle")) else 0.9 for j in joints]
     return {
-        "keypoints": [[float(x), float(y), 0.9] for x, y in pixels], "box": [*map(float, low), *map(float, high)],
+        "keypoints": [[float(x), float(y), s] for (x, y), s in zip(pixels, scores, strict=True)],
+        "box": [*map(float, low), *map(float, high)],
         "score": 0.9,
-    }  # fmt: skip
+    }

@@ -190,6 +190,34 @@ def test_people_alone_tell_the_camera(made, tmp_path):
     assert mount["height_m"] == pytest.approx(4, rel=0.15)
 
 
+def test_whose_legs_are_hidden_is_placed_by_the_stature_seen_before(made, tmp_path, monkeypatch):
+    from proxemetry.clip import following
+
+    truth = clips.walkers(FRAMES, STEP)
+    hidden = np.zeros((FRAMES, 4), dtype=bool)
+    hidden[8:, 3] = True  # who stands 13 m away, 1.49 m tall
+    names = [f"walk.avi#t={k * STEP:.3f}" for k in range(FRAMES)]
+    clips.recorded(tmp_path / "walk.json", names, truth, seed=8, hidden=hidden)
+    for name in ("walk.avi", "camera.json"):
+        (tmp_path / name).write_bytes((made / name).read_bytes())
+
+    def error(out):
+        assert video(tmp_path, out) == 0
+        rows = table(out, "tracks")
+        begun = {r["track"]: float(r["y_m"]) for r in reversed(rows) if r["frame"] == "0"}
+        mine = [r for r in rows if r["track"] == max(begun, key=begun.get) and int(r["frame"]) >= 15]
+        path = np.array([[float(r["x_m"]), float(r["y_m"])] for r in mine])
+        off = np.linalg.norm(path - truth[0, 3], axis=1)
+        return off.mean(), np.mean([float(r["y_sd_m"]) for r in mine])
+
+    told, spread = error(tmp_path / "out")
+    monkeypatch.setattr(following, "known_statures", lambda chains, statures, shot: [{} for _ in shot])
+    alone, wide = error(tmp_path / "alone")
+    assert told < 0.6 * alone and spread < wide
+    people = table(tmp_path / "out", "people")
+    assert len(people) == 4 and all(int(p["n_seen"]) == FRAMES for p in people)
+
+
 def test_boxes_of_another_program_stand_on_the_floor(made, tmp_path):
     truth = clips.walkers(FRAMES, STEP)
     lines = []

@@ -73,6 +73,7 @@ def test_measuring_anew_takes_a_camera_as_measuring_does(scene):
     [
         ({"body_sizes": ("women",)}, "1 entries for 6 people"),
         ({"body_sizes": (None,) * 7}, "7 entries for 6 people"),
+        ({"statures": ((1.8, 0.02), None)}, "statures has 2 entries for 6 people"),
         ({"off_floor": frozenset({6})}, "names person 6, but there are 6"),
         ({"off_floor": frozenset({-1})}, "names person -1"),
     ],
@@ -98,6 +99,24 @@ def test_body_sizes_may_be_any_sequence_and_a_share_is_a_number():
     assert px.LocateSettings(body_sizes=sizes) == px.LocateSettings(body_sizes=("women", "men"))
     with pytest.raises(SettingsError, match="child weight is 'a': it must be a share"):
         px.LocateSettings(child_weight="a")
+
+
+def test_a_known_stature_moves_that_person_and_is_kept(scene):
+    def at(first):  # without the floor, on which a person keeps the place whatever their size
+        stated = px.Settings(locate=px.LocateSettings(floor="none", statures=(first, *[None] * 5)))
+        assert px.Settings.from_dict(stated.to_dict()) == stated
+        return px.remeasure(scene, stated)
+
+    tall, small = at((1.9, 0.005)), at((1.6, 0.005))
+    assert tall.bodies.stature_m[0] == pytest.approx(1.9, abs=0.01)
+    farther = tall.positions_m[:, 2] / small.positions_m[:, 2]
+    assert farther[0] == pytest.approx(1.9 / 1.6, rel=0.03)
+    assert np.allclose(farther[1:], 1, rtol=0.01)
+    known, unknown = (s.bodies.position_sd_m[0, 2] for s in (tall, at(None)))
+    assert known < 0.8 * unknown
+    for wrong in ((190, 1), (1.8, 0), (1.8, -1)):
+        with pytest.raises(SettingsError, match="stature"):
+            px.LocateSettings(statures=(wrong,))
 
 
 def test_quirks_may_be_any_collection(scene):

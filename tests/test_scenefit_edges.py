@@ -8,6 +8,7 @@ import pytest
 from proxemetry.camera import Camera
 from proxemetry.locate import LocateSettings, method_named
 from proxemetry.locate.scenefit import locate
+from proxemetry.locate.scenefit.hypotheses import body_types, with_stature
 from proxemetry.people import People
 from proxemetry.people.skeleton import COCO_17, SKELETONS
 from synthetic.modelled import ADULTS, CAMERA, photo
@@ -114,6 +115,29 @@ def test_body_sizes_of_single_people():
     assert child.positions_m[1, 2] < adults.positions_m[1, 2]
     assert child.stature_m[1] < adults.stature_m[1]
     assert child.positions_m[0, 2] == pytest.approx(adults.positions_m[0, 2], rel=0.05)
+
+
+def test_a_stature_is_one_more_observation_of_a_gaussian():
+    grown, young = body_types("mixed", 0.05)
+    told, _ = with_stature((grown, young), (1.8, 0.036))
+    covariance = np.linalg.inv(grown.precision)
+    row = np.eye(len(covariance))[:1]
+    noise = (0.036 / 1.8) ** 2
+    gain = covariance @ row.T / (row @ covariance @ row.T + noise)
+    assert told.mean == pytest.approx(grown.mean + gain[:, 0] * (np.log(1.8) - grown.mean[0]))
+    assert np.linalg.inv(told.precision) == pytest.approx(covariance - gain @ row @ covariance, abs=1e-9)
+    assert told.log_volume == pytest.approx(np.linalg.slogdet(told.precision)[1])
+    assert with_stature((grown, young), None) == (grown, young)
+
+
+def test_who_is_small_is_likelier_a_child():
+    types = body_types("mixed", 0.05)
+    shares = [with_stature(types, (stature, 0.03)) for stature in (1.2, 1.75)]
+    for kinds in shares:
+        assert sum(k.weight for k in kinds) == pytest.approx(1)
+        assert kinds[0].weight == max(k.weight for k in kinds)
+    assert shares[0][0].mean[0] == pytest.approx(np.log(1.2), abs=0.03) and shares[0][0].weight > 0.99
+    assert shares[1][0].weight > 0.99
 
 
 @pytest.mark.parametrize("size", ["adults", "women", "men", "mixed", "children"])

@@ -17,9 +17,10 @@ from pathlib import Path
 import numpy as np
 
 from proxemetry.archive.store.folder import Folder
-from proxemetry.clip.analysis import Placed, Wanted, assembled
+from proxemetry.clip.analysis import Wanted, assembled
 from proxemetry.clip.camera import ClipCamera
 from proxemetry.clip.measuring import Measured
+from proxemetry.clip.placing import Placed
 from proxemetry.clip.shots import Change, Shot
 from proxemetry.clip.sightings import Sightings
 from proxemetry.clip.writing import write_results

@@ -154,10 +154,9 @@ def _check_size(camera: Camera | None, width: int, height: int) -> None:
 
 def _check_rows(settings: LocateSettings, count: int) -> None:
     """Refuse what is stated of people by row where the rows are not those of the people."""
-    if settings.body_sizes is not None and len(settings.body_sizes) != count:
-        raise SettingsError(
-            f"body_sizes has {len(settings.body_sizes)} entries for {count} people: one each, None for most"
-        )
+    for name, stated in (("body_sizes", settings.body_sizes), ("statures", settings.statures)):
+        if stated is not None and len(stated) != count:
+            raise SettingsError(f"{name} has {len(stated)} entries for {count} people: one each, None for most")
     if any(isinstance(row, bool | np.bool_) for row in settings.off_floor):
         raise SettingsError("off_floor is a mask: it names the rows of people, as numpy.flatnonzero(mask) does")
     beyond = sorted(row for row in settings.off_floor if not 0 <= row < count)

@@ -82,6 +82,8 @@ class Settings:
             locate[name] = frozenset(locate.get(name) or ())
         for part, name in ((locate, "body_sizes"), (focal, "sensor_mm")):
             part[name] = None if part.get(name) is None else tuple(part[name])
+        if locate.get("statures") is not None:
+            locate["statures"] = tuple(s and tuple(s) for s in locate["statures"])
         focal.pop("camera_table", None)
         return cls(
             fields.get("method") or DEFAULT_METHOD,

@@ -3,23 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, field, replace
-from itertools import repeat
-from multiprocessing import get_context
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..archive.run.schedule import Note, Progress
-from ..archive.store import parts
 from ..archive.store.folder import Folder
 from ..arrays import FloatArray
-from ..bodies import Bodies
-from ..camera import FloorFrame, Mount
-from ..measure import Settings, remeasure
+from ..camera import Mount
+from ..measure import Settings
 from ..scene import Scene
-from .boxes import standing
 from .camera import ClipCamera, chosen_frames, told_by_people
 from .density import Region
 from .events import SHORTEST_S
@@ -31,17 +25,15 @@ from .exposure import (
     pairs_over_time,
     weights_s,
 )
-from .floor import CameraError, held, is_complete, sightings_of
+from .floor import CameraError, is_complete
+from .following import Followed, follow, smoothed, with_statures
 from .groups import group_probabilities, groups_of
-from .joining import joined
-from .measuring import PART, Measured, end_with_parent, scenes_of
+from .measuring import PART, Measured, scenes_of
+from .placing import Placed, everybody_placed
 from .shots import Shot
-from .sightings import Chain, Sightings
-from .smoothing import Track, noise_scale_of, smooth, surprises
-from .tracking import MEMORY_S, track
-
-#: Frames further apart say nothing of who is who: each is a picture of its own.
-_LONGEST_STEP_S = MEMORY_S
+from .sightings import Sightings
+from .smoothing import Track
+from .statures import Stature
 
 
 @dataclass(frozen=True)
@@ -127,13 +119,27 @@ class Analysis:
 def analyse(
     folder: Folder, measured: Measured, wanted: Wanted, jobs: int, tell: Callable[[Progress | Note], None]
 ) -> Analysis:
-    """Return who was where in a clip whose frames all are measured."""
+    """Return who was where in a clip whose frames all are measured.
+
+    In two passes: people are followed, and what all sightings of one say of the stature goes back into the fit of each.
+    """
     cameras = _cameras(folder, measured, wanted)
-    return assembled(measured, wanted, cameras, _placed(folder, measured, cameras, wanted, jobs, tell))
+    tell(Note("placing everybody on one floor"))
+    placed = everybody_placed(folder, measured, cameras, wanted.settings, jobs)
+    followed = follow(measured, placed, {k for k, c in cameras.items() if c.mount is not None}, wanted.settings.locate)
+    if any(followed.told):
+        tell(Note("and again, with one stature a person"))
+        again = everybody_placed(folder, measured, cameras, wanted.settings, jobs, followed.told)
+        placed, followed = with_statures(measured, followed, placed, again)
+    return assembled(measured, wanted, cameras, placed, followed)
 
 
-def assembled(measured: Measured, wanted: Wanted, cameras: dict[int, ClipCamera], placed: Sequence[Placed]) -> Analysis:
+def assembled(
+    measured: Measured, wanted: Wanted, cameras: dict[int, ClipCamera], placed: Sequence[Placed],
+    followed: Followed | None = None,
+) -> Analysis:  # fmt: skip
     """Return who was where, from everybody's places in every frame."""
+    followed = follow(measured, placed) if followed is None else followed
     step = float(np.median(np.diff(measured.times_s))) if len(measured.times_s) > 1 else 0.2
     times = np.array(measured.times_s)
     weight = np.zeros(len(times))
@@ -145,8 +151,12 @@ def assembled(measured: Measured, wanted: Wanted, cameras: dict[int, ClipCamera]
         if shot.moving:
             continue
         seen = [s.sightings for s in placed[rows]]
-        tracks, scales[number] = _tracked(seen, times[rows], measured.width_px)
-        people += [_person(t, seen, shot, number, 1 + len(people) + k) for k, t in enumerate(tracks)]
+        of_shot = followed.shots[number]
+        tracks, scales[number] = smoothed(of_shot.chains, seen, times[rows])
+        people += [
+            _person(t, seen, shot, number, 1 + len(people) + k, stature)
+            for k, (t, stature) in enumerate(zip(tracks, of_shot.statures, strict=True))
+        ]
     tracks = [p.track for p in people]
     probability = {
         pair: p
@@ -162,17 +172,6 @@ def assembled(measured: Measured, wanted: Wanted, cameras: dict[int, ClipCamera]
     if found.region is None:
         found.region = _floor_walked(found)
     return found
-
-
-@dataclass(frozen=True, eq=False)
-class Placed:
-    """One frame's people on the floor; facing: (row, row) -> probability of an F-formation, where not small."""
-
-    sightings: Sightings
-    status: str
-    reason: str | None
-    n_detected: int
-    facing: dict[tuple[int, int], float]
 
 
 def _cameras(folder: Folder, measured: Measured, wanted: Wanted) -> dict[int, ClipCamera]:
@@ -206,122 +205,20 @@ def _blocks(
         yield [Scene.from_json(t) for t in texts], [times_s[k] for k in block]
 
 
-def _placed(
-    folder: Folder, measured: Measured, cameras: dict[int, ClipCamera], wanted: Wanted, jobs: int,
-    tell: Callable[[Progress | Note], None],
-) -> list[Placed]:  # fmt: skip
-    """Return every frame's people on the floor, placed anew with their camera held."""
-    mounts = {k: c.mount for k, c in cameras.items()}
-    of_frame = [s.camera for s in measured.shots for _ in range(s.first, s.last + 1)]
-    numbers = sorted(parts.finished(folder))
-    settings = replace(wanted.settings, mount=None)
-    tell(Note("placing everybody on one floor"))
-    tasks = (
-        numbers,
-        repeat(folder.location),
-        repeat(measured.times_s),
-        repeat(of_frame),
-        repeat(mounts),
-        repeat(settings),
-    )
-    if jobs == 0 or len(numbers) < 3:
-        blocks = map(_place_part, *tasks)
-        return [p for block in blocks for p in block]
-    with ProcessPoolExecutor(jobs, mp_context=get_context("spawn"), initializer=end_with_parent) as pool:
-        return [p for block in pool.map(_place_part, *tasks) for p in block]
-
-
-def _place_part(
-    part: int, location: str, times_s: Sequence[float], of_frame: Sequence[int], mounts: dict[int, Mount | None],
-    settings: Settings,
-) -> list[Placed]:  # fmt: skip
-    """Place the people of one part's frames."""
-    answer: list[Placed] = []
-    for number, text in enumerate(scenes_of(Folder(location), part), start=part * PART):
-        scene = Scene.from_json(text)
-        mount = mounts[of_frame[number]]
-        facing = _facing_each_other(scene)
-        bodies = scene.bodies
-        frame: FloorFrame | None = None
-        if mount is not None and scene.status == "ok" and len(scene):
-            frame = mount.floor_frame
-            bodies = _held_fit(scene, mount, settings)
-        answer.append(
-            Placed(
-                sightings_of(times_s[number], scene.people, bodies, frame),
-                scene.status,
-                scene.reason,
-                len(scene),
-                facing,
-            )
-        )
-    return answer
-
-
-def _held_fit(scene: Scene, mount: Mount, settings: Settings) -> Bodies:
-    if scene.bodies.method == "box":
-        return standing(scene.people, mount)
-    still = held(mount)
-    estimate = replace(scene.camera, camera=mount.camera or scene.camera.camera, mount=still)
-    return remeasure(scene, settings, camera=estimate).bodies
-
-
-def _facing_each_other(scene: Scene) -> dict[tuple[int, int], float]:
-    """Return who forms an F-formation with whom, by rows of the scene, where that is likelier than 2 %."""
-    if len(scene) < 2 or scene.status != "ok":
-        return {}
-    p = scene.distances.group_probability
-    return {(int(a), int(b)): float(p[a, b]) for a, b in np.argwhere(np.nan_to_num(p) > 0.02) if a < b}
-
-
-def _tracked(seen: Sequence[Sightings], times: FloatArray, width_px: float) -> tuple[list[Track], float]:
-    """Return the smoothed tracks of a shot, and by what the stated covariances fell short."""
-    if len(times) > 1 and float(np.median(np.diff(times))) > _LONGEST_STEP_S:
-        chains = [Chain(np.array([k]), np.array([p])) for k, s in enumerate(seen) for p in range(len(s))]
-        return [smooth(c, seen, times) for c in chains], 1.0
-    ordered = [s.taken(np.lexsort(s.positions_m.T[::-1])) for s in seen]
-    back = [np.lexsort(s.positions_m.T[::-1]) for s in seen]
-    chains = track(ordered, width_px=width_px)
-    scale = noise_scale_of(np.concatenate([np.zeros(0), *(surprises(c, ordered, times) for c in chains)]))
-    if scale > 1:
-        chains = track(ordered, scale, width_px=width_px)
-    chains = joined(chains, ordered, times, scale, width_px)
-    chains = [_in_rows(c, back) for c in chains]
-    return [smooth(c, seen, times, noise_scale=scale) for c in chains], scale
-
-
-def _in_rows(chain: Chain, order: Sequence[NDArray[np.intp]]) -> Chain:
-    """Return a chain of sightings that were put in order as one of the sightings as they were."""
-    people = [int(order[int(f)][int(k)]) for f, k in zip(chain.frames, chain.people, strict=True)]
-    return Chain(chain.frames, np.array(people, dtype=np.intp))
-
-
-def _person(track: Track, seen: Sequence[Sightings], shot: Shot, number: int, name: int) -> Person:
+def _person(
+    track: Track, seen: Sequence[Sightings], shot: Shot, number: int, name: int, stature: Stature | None
+) -> Person:
     """Return a shot's track as one of the clip's, its frames numbered through the clip."""
-    rows = [(f, p) for f, p in zip(track.frames, track.people, strict=True) if p >= 0]
-    stature = np.array([seen[f].stature_m[p] for f, p in rows])
-    spread = np.array([seen[f].stature_sd_m[p] for f, p in rows])
-    mean, sd = _one_stature(stature, spread)
+    height = sd = np.nan
+    if stature is not None:
+        height = float(np.exp(stature.mean))
+        sd = height * stature.sd
     heading = np.array(
         [seen[f].heading_rad[p] if p >= 0 else np.nan for f, p in zip(track.frames, track.people, strict=True)]
     )
     moved = replace(track, number=name, frames=track.frames + shot.first)
     of_scene = [int(seen[f].rows[p]) if p >= 0 else -1 for f, p in zip(track.frames, track.people, strict=True)]
-    return Person(moved, number, mean, sd, 0, heading, np.array(of_scene, dtype=np.intp))
-
-
-#: However often a person is seen, posture and detector are wrong in like ways: sightings count as so many at most.
-_INDEPENDENT_SIGHTINGS = 4.0
-
-
-def _one_stature(stature: FloatArray, spread: FloatArray) -> tuple[float, float]:
-    known = np.isfinite(stature) & (spread > 0)
-    if not known.any():
-        return np.nan, np.nan
-    weight = spread[known] ** -2.0
-    mean = float(weight @ stature[known] / weight.sum())
-    typical = float(np.sqrt(known.sum() / weight.sum()))
-    return mean, typical / float(np.sqrt(min(known.sum(), _INDEPENDENT_SIGHTINGS)))
+    return Person(moved, number, height, sd, 0, heading, np.array(of_scene, dtype=np.intp))
 
 
 def _facing(people: Sequence[Person], placed: Sequence[Placed]) -> dict[tuple[int, int, int], float]:

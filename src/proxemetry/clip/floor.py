@@ -42,6 +42,7 @@ def sightings_of(t_s: float, people: People, bodies: Bodies, frame: FloorFrame |
         bodies.heading_sd_rad[rows],
         bodies.stature_m[rows],
         bodies.stature_sd_m[rows],
+        np.zeros((len(rows), 2, 2)),
     )
 
 

@@ -9,7 +9,6 @@ from __future__ import annotations
 import json
 import multiprocessing
 import os
-import threading
 import traceback
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
@@ -29,6 +28,7 @@ from ..scene import Provenance, Scene
 from ..version import __version__
 from .boxes import Boxes
 from .frames import Clip, Frame
+from .orphans import end_with_parent
 from .shots import Shot, ShotFinder
 
 #: Frames of one part: what a kill costs at most, some seconds of work.
@@ -210,18 +210,6 @@ def _begin(job: Job) -> None:
     global _worker
     end_with_parent()
     _worker = Worker(job)
-
-
-def end_with_parent() -> None:
-    """End this process when the one that started it is gone, killed for instance: nobody else would."""
-    parent = multiprocessing.parent_process()
-    if parent is not None:
-
-        def watch() -> None:
-            parent.join()
-            os._exit(1)
-
-        threading.Thread(target=watch, daemon=True).start()
 
 
 def _work(frame: Frame) -> Record:

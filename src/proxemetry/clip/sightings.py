@@ -16,7 +16,8 @@ class Sightings:
     """P people seen in one frame.
 
     t_s: when, in seconds of the clip. positions_m: shape (P, 2), on the floor. covariance_m2: shape (P, 2, 2), each
-    person's own uncertainty, given the camera. scores: shape (P,), 0..1. boxes_px: shape (P, 4), NaN where there is no
+    person's own uncertainty, given the camera; of it lasting_m2 is one and the same error in all sightings of a person,
+    besides what `smoothing.LASTING_SHARE` says. scores: shape (P,), 0..1. boxes_px: shape (P, 4), NaN where there is no
     picture. rows: shape (P,), each person's row in the frame's scene. heading_rad, heading_sd_rad, stature_m,
     stature_sd_m: shape (P,), NaN where unknown; a heading is an angle on the floor, from x towards y.
     """
@@ -31,6 +32,7 @@ class Sightings:
     heading_sd_rad: FloatArray
     stature_m: FloatArray
     stature_sd_m: FloatArray
+    lasting_m2: FloatArray
 
     def __len__(self) -> int:
         return len(self.positions_m)
@@ -44,7 +46,7 @@ class Sightings:
         variance = np.broadcast_to(np.asarray(sd_m, dtype=float) ** 2, (count,))
         return cls(
             t_s, positions, variance[:, None, None] * np.eye(2), np.ones(count), np.full((count, 4), np.nan),
-            np.arange(count), unknown, unknown, unknown, unknown,
+            np.arange(count), unknown, unknown, unknown, unknown, np.zeros((count, 2, 2)),
         )  # fmt: skip
 
     def taken(self, order: NDArray[np.intp]) -> Sightings:
@@ -52,7 +54,7 @@ class Sightings:
         return Sightings(
             self.t_s, self.positions_m[order], self.covariance_m2[order], self.scores[order], self.boxes_px[order],
             self.rows[order], self.heading_rad[order], self.heading_sd_rad[order], self.stature_m[order],
-            self.stature_sd_m[order],
+            self.stature_sd_m[order], self.lasting_m2[order],
         )  # fmt: skip
 
 

@@ -107,10 +107,10 @@ def smooth(
     frames = np.arange(chain.frames[0], chain.frames[-1] + 1)
     people = np.full(len(frames), -1, dtype=np.intp)
     people[chain.frames - chain.frames[0]] = chain.people
-    places, noise = _measured(chain, shot, people, noise_scale)
+    places, noise, lasting = _measured(chain, shot, people, noise_scale)
     times = np.asarray(times_s, dtype=float)[frames]
     filtered = _filter(times, places, noise, people >= 0)
-    return Track(number, frames, times, *_backwards(times, filtered), LASTING_SHARE**2 * noise, people)
+    return Track(number, frames, times, *_backwards(times, filtered), LASTING_SHARE**2 * noise + lasting, people)
 
 
 def surprises(chain: Chain, shot: Sequence[Sightings], times_s: FloatArray, noise_scale: float = 1.0) -> FloatArray:
@@ -118,7 +118,7 @@ def surprises(chain: Chain, shot: Sequence[Sightings], times_s: FloatArray, nois
     frames = np.arange(chain.frames[0], chain.frames[-1] + 1)
     people = np.full(len(frames), -1, dtype=np.intp)
     people[chain.frames - chain.frames[0]] = chain.people
-    places, noise = _measured(chain, shot, people, noise_scale)
+    places, noise, _ = _measured(chain, shot, people, noise_scale)
     filtered = _filter(np.asarray(times_s, dtype=float)[frames], places, noise, people >= 0)
     return filtered.surprise[people >= 0][2:]
 
@@ -134,19 +134,22 @@ def noise_scale_of(surprise: FloatArray) -> float:
 
 def _measured(
     chain: Chain, shot: Sequence[Sightings], people: NDArray[np.intp], noise_scale: float
-) -> tuple[FloatArray, FloatArray]:
-    """Return places (n, 2), NaN where bridged, and their covariances (n, 2, 2), interpolated where bridged."""
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return places (n, 2), NaN where bridged, what is wrong with each by itself and with all alike, (n, 2, 2) each.
+
+    The two are interpolated where bridged.
+    """
     seen = np.flatnonzero(people >= 0)
-    places, noise = np.full((len(people), 2), np.nan), np.zeros((len(people), 2, 2))
+    places, noise, lasting = np.full((len(people), 2), np.nan), *np.zeros((2, len(people), 2, 2))
     for row, frame, person in zip(seen, chain.frames, chain.people, strict=True):
-        places[row] = shot[frame].positions_m[person]
-        noise[row] = noise_scale * shot[frame].covariance_m2[person] + SWAY_SD_M**2 * np.eye(2)
+        now = shot[frame]
+        places[row], lasting[row] = now.positions_m[person], now.lasting_m2[person]
+        noise[row] = noise_scale * (now.covariance_m2[person] - now.lasting_m2[person]) + SWAY_SD_M**2 * np.eye(2)
     bridged = np.flatnonzero(people < 0)
-    if len(bridged):
-        for i in range(2):
-            for j in range(2):
-                noise[bridged, i, j] = np.interp(bridged, seen, noise[seen, i, j])
-    return places, noise
+    for part in (noise, lasting) if len(bridged) else ():
+        for i, j in np.ndindex(2, 2):
+            part[bridged, i, j] = np.interp(bridged, seen, part[seen, i, j])
+    return places, noise, lasting
 
 
 def _filter(times: FloatArray, places: FloatArray, noise: FloatArray, seen: NDArray[np.bool_]) -> _Filtered:

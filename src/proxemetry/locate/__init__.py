@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -42,7 +43,9 @@ class LocateSettings:
 
     body_size: the population of `anthropometry`; "adults" is half women, half men, "mixed" has children besides,
         as large a share as child_weight says.
-    body_sizes: the same for single people by row, None where the run's holds. floor: "shared" or "none".
+    body_sizes: the same for single people by row, None where the run's holds.
+    statures: of single people by row, metres and their standard deviation, None where unknown: measured, or told by
+        other pictures of the same person. floor: "shared" or "none".
     off_floor: rows of people who do not stand on the shared floor.
     quirks: names of the published code's peculiarities to reproduce (`QUIRKS`).
     """
@@ -53,10 +56,16 @@ class LocateSettings:
     off_floor: frozenset[int] = frozenset()
     quirks: frozenset[str] = frozenset()
     child_weight: float = CHILD_WEIGHT
+    statures: tuple[tuple[float, float] | None, ...] | None = None
 
     def __post_init__(self) -> None:
         if self.body_sizes is not None:
             object.__setattr__(self, "body_sizes", tuple(self.body_sizes))
+        if self.statures is not None:
+            object.__setattr__(self, "statures", tuple(s and (float(s[0]), float(s[1])) for s in self.statures))
+        for stature in self.statures or ():
+            if stature is not None and not (0.3 < stature[0] < 3 and 0 < stature[1] < math.inf):
+                raise SettingsError(f"stature {stature}: it is metres and their standard deviation, like (1.75, 0.02)")
         for size in (self.body_size, *(self.body_sizes or ())):
             if size is not None and size not in BODY_SIZES:
                 raise SettingsError(f"body size {size!r} is unknown: use one of {', '.join(BODY_SIZES)}")

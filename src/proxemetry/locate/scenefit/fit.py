@@ -29,6 +29,7 @@ from .hypotheses import (
     keypoint_precision,
     log_evidence,
     scaled_to_group,
+    with_stature,
 )
 from .posterior import placed_people
 from .projection import DEPTH, FOCAL, HEIGHT, LOG_LENGTHS, N_SHARED, PITCH, PRINCIPAL, ROLL
@@ -121,7 +122,11 @@ def _fit(
     evidence: Evidence, prior: SharedPrior, settings: LocateSettings, usable: NDArray[np.intp], model: BodyModel
 ) -> Explained:
     sizes = settings.body_sizes or (None,) * (int(usable.max()) + 1)
-    types = [body_types(sizes[row] or settings.body_size, settings.child_weight, evidence.lengths) for row in usable]
+    statures = settings.statures or (None,) * len(sizes)
+    types = [
+        with_stature(body_types(sizes[k] or settings.body_size, settings.child_weight, evidence.lengths), statures[k])
+        for k in usable
+    ]
     on_floor = np.array([settings.floor == "shared" and row not in settings.off_floor for row in usable])
     floor_sd = np.where(on_floor, FLOOR_SD_M, np.inf)
     start = initialise(evidence, np.exp([t[0].mean for t in types]), prior, model, on_floor.astype(float))

@@ -90,6 +90,33 @@ def _body_type(groups: tuple[Population, ...], seen: SeenLengths) -> Bodytype:
     return Bodytype(sum(g.weight for g in groups), mean, precision, float(np.linalg.slogdet(precision)[1]))
 
 
+#: However far a stated stature is from a group of bodies: it stays a possibility.
+_LEAST_WEIGHT = 1e-9
+
+
+def with_stature(types: tuple[Bodytype, ...], stature: tuple[float, float] | None) -> tuple[Bodytype, ...]:
+    """Return the types of a person whose stature is known, metres and their standard deviation; as they are for None.
+
+    The other lengths follow by their correlations, and who is 1.2 m tall is likelier a child.
+    """
+    if stature is None:
+        return types
+    log_stature, variance = np.log(stature[0]), (stature[1] / stature[0]) ** 2
+    known: list[Bodytype] = []
+    for kind in types:
+        covariance = np.asarray(np.linalg.inv(kind.precision), dtype=float)
+        total, off = float(covariance[0, 0]) + variance, log_stature - kind.mean[0]
+        precision = kind.precision.copy()
+        precision[0, 0] += 1 / variance
+        weight = kind.weight * float(np.exp(-0.5 * off**2 / total) / np.sqrt(total))
+        mean = kind.mean + covariance[:, 0] / total * off
+        known.append(Bodytype(weight, mean, precision, float(np.linalg.slogdet(precision)[1])))
+    total = sum(k.weight for k in known) or 1.0
+    return tuple(sorted(
+        (replace(k, weight=max(k.weight / total, _LEAST_WEIGHT)) for k in known), key=lambda k: -k.weight
+    ))  # fmt: skip
+
+
 def hypotheses_of(
     start: Start, types: list[tuple[Bodytype, ...]], model: BodyModel
 ) -> tuple[Hypotheses, NDArray[np.intp]]:

@@ -1,0 +1,107 @@
+"""Every frame's people on the floor of their camera, which is held: measured again from what was found in pixels."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass, replace
+from multiprocessing import get_context
+
+import numpy as np
+
+from ..archive.store import parts
+from ..archive.store.folder import Folder
+from ..bodies import Bodies
+from ..camera import FloorFrame, Mount
+from ..measure import Settings, remeasure
+from ..scene import Scene
+from .boxes import standing
+from .camera import ClipCamera
+from .floor import held, sightings_of
+from .measuring import PART, Measured, scenes_of
+from .orphans import end_with_parent
+from .sightings import Sightings
+from .statures import Known
+
+#: Fewer parts than this are not worth starting processes for.
+_FEWEST_PARTS = 3
+
+
+@dataclass(frozen=True, eq=False)
+class Placed:
+    """One frame's people on the floor; facing: (row, row) -> probability of an F-formation, where not small."""
+
+    sightings: Sightings
+    status: str
+    reason: str | None
+    n_detected: int
+    facing: dict[tuple[int, int], float]
+
+
+@dataclass(frozen=True)
+class _Task:
+    """One part of a clip: a frame each in times_s, mounts and statures."""
+
+    location: str
+    part: int
+    times_s: Sequence[float]
+    mounts: Sequence[Mount | None]
+    statures: Sequence[Known]
+    settings: Settings
+
+
+def everybody_placed(
+    folder: Folder, measured: Measured, cameras: Mapping[int, ClipCamera], settings: Settings, jobs: int,
+    statures: Sequence[Known] | None = None,
+) -> list[Placed]:  # fmt: skip
+    """Return every frame's people on the floor; statures: what each frame is told of its people's, by row."""
+    tasks = list(_tasks(folder, measured, cameras, replace(settings, mount=None), statures))
+    if jobs == 0 or len(tasks) < _FEWEST_PARTS:
+        return [p for task in tasks for p in _place_part(task)]
+    with ProcessPoolExecutor(jobs, mp_context=get_context("spawn"), initializer=end_with_parent) as pool:
+        return [p for block in pool.map(_place_part, tasks) for p in block]
+
+
+def _tasks(
+    folder: Folder, measured: Measured, cameras: Mapping[int, ClipCamera], settings: Settings,
+    statures: Sequence[Known] | None,
+) -> Iterator[_Task]:  # fmt: skip
+    mounts = [cameras[s.camera].mount for s in measured.shots for _ in range(s.first, s.last + 1)]
+    for part in sorted(parts.finished(folder)):
+        rows = slice(part * PART, (part + 1) * PART)
+        known = [{}] * PART if statures is None else statures[rows]
+        yield _Task(folder.location, part, measured.times_s[rows], mounts[rows], known, settings)
+
+
+def _place_part(task: _Task) -> list[Placed]:
+    """Place the people of one part's frames."""
+    answer: list[Placed] = []
+    scenes = map(Scene.from_json, scenes_of(Folder(task.location), task.part))
+    for scene, t_s, mount, known in zip(scenes, task.times_s, task.mounts, task.statures, strict=False):
+        facing = _facing_each_other(scene)
+        bodies = scene.bodies
+        frame: FloorFrame | None = None
+        if mount is not None and scene.status == "ok" and len(scene):
+            frame = mount.floor_frame
+            bodies = _held_fit(scene, mount, task.settings, known)
+        seen = sightings_of(t_s, scene.people, bodies, frame)
+        answer.append(Placed(seen, scene.status, scene.reason, len(scene), facing))
+    return answer
+
+
+def _held_fit(scene: Scene, mount: Mount, settings: Settings, known: Known) -> Bodies:
+    if scene.bodies.method == "box":
+        return standing(scene.people, mount)
+    if known:
+        told = replace(settings.locate, statures=tuple(known.get(row) for row in range(len(scene))))
+        settings = replace(settings, locate=told)
+    estimate = replace(scene.camera, camera=mount.camera or scene.camera.camera, mount=held(mount))
+    return remeasure(scene, settings, camera=estimate).bodies
+
+
+def _facing_each_other(scene: Scene) -> dict[tuple[int, int], float]:
+    """Return who forms an F-formation with whom, by rows of the scene, where that is likelier than 2 %."""
+    if len(scene) < 2 or scene.status != "ok":
+        return {}
+    p = scene.distances.group_probability
+    return {(int(a), int(b)): float(p[a, b]) for a, b in np.argwhere(np.nan_to_num(p) > 0.02) if a < b}
