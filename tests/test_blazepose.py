@@ -17,6 +17,7 @@ from proxemetry.errors import ModelError, SettingsError
 from proxemetry.overlap import iou
 from proxemetry.photo import Photo
 from proxemetry.pose import PoseOptions, backend_named, lacking
+from proxemetry.pose.blazepose import networks
 from proxemetry.pose.blazepose.detectors import merged, windows_of
 from proxemetry.pose.blazepose.duplicates import agree, are_same, extent_px, is_among
 from proxemetry.pose.blazepose.finder import PersonFinder, _anchors
@@ -336,3 +337,18 @@ def test_detections_of_nothing_keep_how_many_points_a_box_has():
     one = Detections(np.ones((1, 4)), np.ones(1), np.ones((1, 6, 2)))
     both = joined([nothing, one])
     assert both.keypoints_px.shape == (1, 6, 2) and np.isnan(both.keypoint_scores).all()
+
+
+def test_a_network_whose_outputs_cannot_be_told_apart_is_refused(tmp_path, monkeypatch):
+    class Interpreter:
+        def get_input_details(self):
+            return [{"index": 0, "shape": np.array([1, 64, 64, 3])}]
+
+        def get_output_details(self):
+            return [{"index": k, "shape": np.array([1, 10])} for k in (1, 2)]
+
+    monkeypatch.setattr(networks, "interpreter", lambda *_: Interpreter())
+    path = tmp_path / "twice.tflite"
+    path.write_bytes(b"any")
+    with pytest.raises(ModelError, match="cannot be told apart"):
+        networks.Network(path, 1)

@@ -30,11 +30,10 @@ CHILD_WEIGHT = 0.05
 
 @dataclass(frozen=True)
 class Length:
-    """A body length: mean and standard deviation in metres, and where the numbers come from."""
+    """A body length: mean and standard deviation in metres."""
 
     mean_m: float
     sd_m: float
-    source: str
 
     @property
     def rel_sd(self) -> float:
@@ -56,31 +55,21 @@ class Population:
     log_covariance: FloatArray
 
 
-_ANSUR = "ANSUR II 2012"
-_JOINTS = "ANSUR II 2012, scaled to joints triangulated from calibrated views"
-_CDC = "CDC growth charts 2000"
-
-#: What an anthropometer measures: landmark lengths in metres.
+#: What an anthropometer measures: landmark lengths in metres (ANSUR II 2012).
 LANDMARKS: Mapping[str, Mapping[str, Length]] = {
     "men": {
-        "stature": Length(1.756, 0.069, _ANSUR),
-        "biacromial": Length(0.416, 0.019, _ANSUR),
-        "interpupillary": Length(0.0640, 0.0034, _ANSUR),
-        "acromial_height": Length(1.441, 0.063, _ANSUR),
-        "cervicale_height": Length(1.517, 0.063, _ANSUR),
-        "trochanterion_height": Length(0.901, 0.049, _ANSUR),
-        "acromion_trochanterion": Length(0.540, 0.033, _ANSUR),
-        "acromion_malleolus": Length(1.368, 0.061, _ANSUR),
+        "stature": Length(1.756, 0.069),
+        "biacromial": Length(0.416, 0.019),
+        "interpupillary": Length(0.0640, 0.0034),
+        "acromial_height": Length(1.441, 0.063),
+        "acromion_trochanterion": Length(0.540, 0.033),
     },
     "women": {
-        "stature": Length(1.629, 0.064, _ANSUR),
-        "biacromial": Length(0.365, 0.018, _ANSUR),
-        "interpupillary": Length(0.0617, 0.0036, _ANSUR),
-        "acromial_height": Length(1.335, 0.058, _ANSUR),
-        "cervicale_height": Length(1.396, 0.060, _ANSUR),
-        "trochanterion_height": Length(0.845, 0.045, _ANSUR),
-        "acromion_trochanterion": Length(0.490, 0.029, _ANSUR),
-        "acromion_malleolus": Length(1.272, 0.056, _ANSUR),
+        "stature": Length(1.629, 0.064),
+        "biacromial": Length(0.365, 0.018),
+        "interpupillary": Length(0.0617, 0.0036),
+        "acromial_height": Length(1.335, 0.058),
+        "acromion_trochanterion": Length(0.490, 0.029),
     },
 }
 
@@ -90,24 +79,24 @@ _ACROMION_TO_JOINT_M = 0.038
 _TORSO_RATIO, _SHOULDERS_RATIO = 0.510 / 0.515, 0.344 / 0.3905
 _HIPS_DOUBT = 0.03
 
-#: Means and standard deviations of `LENGTHS` by sex, metres.
+#: Means and standard deviations of `LENGTHS` by sex, metres: ANSUR II, scaled to joints triangulated from calibrated
+#: views.
 JOINT_LENGTHS: Mapping[str, Mapping[str, Length]] = {
     sex: {
         "stature": table["stature"],
         "shoulder_height": Length(
-            table["acromial_height"].mean_m - _ACROMION_TO_JOINT_M, table["acromial_height"].sd_m, _JOINTS
+            table["acromial_height"].mean_m - _ACROMION_TO_JOINT_M, table["acromial_height"].sd_m
         ),
         "torso": Length(
             table["acromion_trochanterion"].mean_m * _TORSO_RATIO,
             table["acromion_trochanterion"].mean_m * _TORSO_RATIO
             * float(np.hypot(table["acromion_trochanterion"].rel_sd, _HIPS_DOUBT)),
-            _JOINTS,
         ),
         "shoulders": Length(
-            table["biacromial"].mean_m * _SHOULDERS_RATIO, table["biacromial"].sd_m * _SHOULDERS_RATIO, _JOINTS
+            table["biacromial"].mean_m * _SHOULDERS_RATIO, table["biacromial"].sd_m * _SHOULDERS_RATIO
         ),
         "pupils": table["interpupillary"],
-        "head": Length({"men": 0.157, "women": 0.147}[sex], 0.0063, _JOINTS),
+        "head": Length({"men": 0.157, "women": 0.147}[sex], 0.0063),
     }
     for sex, table in LANDMARKS.items()
 }  # fmt: skip
@@ -123,13 +112,13 @@ _CORRELATION = np.array([
     [0.28, 0.27, 0.18, 0.25, 0.40, 1.00],
 ])  # fmt: skip
 
-#: Ages in years, and the median and standard deviation of stature in metres.
+#: Ages in years, and the median and standard deviation of stature in metres (CDC growth charts 2000).
 CHILD_AGES = (2, 4, 6, 8, 10, 12, 14, 16, 18)
 CHILD_STATURES: Mapping[str, tuple[Length, ...]] = {
-    "boys": tuple(Length(m, s, _CDC) for m, s in (
+    "boys": tuple(Length(m, s) for m, s in (
         (0.865, 0.035), (1.025, 0.042), (1.157, 0.051), (1.281, 0.058), (1.388, 0.066), (1.493, 0.075),
         (1.641, 0.080), (1.736, 0.075), (1.762, 0.072))),
-    "girls": tuple(Length(m, s, _CDC) for m, s in (
+    "girls": tuple(Length(m, s) for m, s in (
         (0.850, 0.035), (1.010, 0.044), (1.150, 0.052), (1.278, 0.058), (1.382, 0.066), (1.515, 0.074),
         (1.605, 0.066), (1.626, 0.065), (1.631, 0.065))),
 }  # fmt: skip
@@ -170,42 +159,6 @@ def moments(groups: tuple[Population, ...]) -> tuple[FloatArray, FloatArray]:
         apart = group.log_mean - mean
         covariance += weight * (group.log_covariance + np.outer(apart, apart))
     return mean, covariance
-
-
-def length(name: str, body_size: str) -> Length:
-    """Return the mean and standard deviation of one of `LENGTHS`, or of a landmark length, over a body size.
-
-    Landmark lengths of children are adults' scaled by stature, the interpupillary distance by age. Raises
-    SettingsError for a name in neither table.
-    """
-    if name == "interpupillary":
-        name = "pupils"
-    if name in LENGTHS:
-        return _mixture_length(LENGTHS.index(name), populations(body_size), JOINT_LENGTHS["women"][name].source)
-    if name not in LANDMARKS["women"]:
-        raise SettingsError(f"body length {name!r} is unknown: use one of {', '.join((*LENGTHS, *LANDMARKS['men']))}")
-    if body_size in ("women", "men"):
-        return LANDMARKS[body_size][name]
-    women, men = LANDMARKS["women"][name], LANDMARKS["men"][name]
-    mean = (women.mean_m + men.mean_m) / 2
-    variance = (women.sd_m**2 + men.sd_m**2) / 2 + (women.mean_m - men.mean_m) ** 2 / 4
-    adult = Length(mean, float(np.sqrt(variance)), _ANSUR)
-    if body_size == "adults":
-        return adult
-    stature, grown = length("stature", body_size), length("stature", "adults")
-    rel_sd = np.sqrt(adult.rel_sd**2 + max(stature.rel_sd**2 - grown.rel_sd**2, 0.0))
-    mean = adult.mean_m * stature.mean_m / grown.mean_m
-    return Length(mean, float(mean * rel_sd), f"{_ANSUR}, {_CDC}")
-
-
-def _mixture_length(index: int, groups: tuple[Population, ...], source: str) -> Length:
-    """Return mean and sd in metres of a mixture of log-normal lengths."""
-    weights = np.array([g.weight for g in groups]) / sum(g.weight for g in groups)
-    variances = np.array([g.log_covariance[index, index] for g in groups])
-    means = np.exp(np.array([g.log_mean[index] for g in groups]) + variances / 2)
-    mean = float(weights @ means)
-    second = float(weights @ (means**2 * np.exp(variances)))
-    return Length(mean, float(np.sqrt(max(second - mean**2, 0.0))), source)
 
 
 def _adults(sex: str, weight: float) -> Population:

@@ -1,4 +1,4 @@
-"""The kinds of arrays that values and functions hold, by name."""
+"""The kinds of arrays that values and functions hold, by name, and how they hold a missing number."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,3 +9,8 @@ IntArray = NDArray[np.int64]
 
 #: Colour pixels of shape (H, W, 3), red first.
 RGBArray = NDArray[np.uint8]
+
+
+def nan_if_none(value: float | None) -> float:
+    """Return a missing number of a table or of JSON as arrays have it."""
+    return float("nan") if value is None else float(value)

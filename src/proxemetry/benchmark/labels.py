@@ -120,8 +120,8 @@ def read_labels(folder: str | Path, errata: bool = True) -> Labels:
         where = f"{path}:{line}"
         if part not in PARTS:
             raise LabelsError(f"{where}: part {part!r} is unknown: use one of {', '.join(PARTS)}")
-        marks.setdefault(filename, []).append(Mark(tag, part, _number(x, where), _number(y, where)))
-        sizes[filename] = (int(_number(width, where)), int(_number(height, where)))
+        marks.setdefault(filename, []).append(Mark(tag, part, _finite_number(x, where), _finite_number(y, where)))
+        sizes[filename] = (int(_finite_number(width, where)), int(_finite_number(height, where)))
     if not marks:
         raise LabelsError(
             f"{path}: nobody is annotated in it; rows of person,part,x,y,filename,width,height are expected"
@@ -212,7 +212,7 @@ def _text(path: Path) -> str:
         raise LabelsError(f"{path}: cannot be read as text ({reason_of(error)})") from error
 
 
-def _number(text: str, where: str) -> float:
+def _finite_number(text: str, where: str) -> float:
     try:
         value = float(text)
     except ValueError:
@@ -227,7 +227,7 @@ def _read_truth(folder: Path) -> dict[str, dict[str, tuple[float, float, float]]
     truth: dict[str, dict[str, tuple[float, float, float]]] = {}
     for line, (shoot, tag, *xyz) in _rows(folder / TRUTH_FILE, 5):
         where = f"{folder / TRUTH_FILE}:{line}"
-        x, y, z = (_number(value, where) for value in xyz)
+        x, y, z = (_finite_number(value, where) for value in xyz)
         if tag.startswith("P"):
             truth.setdefault(shoot, {})[tag] = (x, y, z)
     return truth
@@ -244,7 +244,7 @@ def _focal_lengths(folder: Path) -> dict[str, float]:
     for path in (folder / name for name in FOCAL_FILES):
         if path.exists():
             rows = _table(path, ("filename", "focal_length_mm"))
-            lengths = {row["filename"]: _number(row["focal_length_mm"], str(path)) for row in rows}
+            lengths = {row["filename"]: _finite_number(row["focal_length_mm"], str(path)) for row in rows}
             for filename, length in lengths.items():
                 if not length > 0:
                     raise LabelsError(f"{path}: the focal length of {filename} is {length:g} mm: it must be positive")

@@ -16,7 +16,7 @@ def to_text(score: Score) -> str:
     overall = score.overall
     lines = [score.caption, "", *_overall(score), "", *_groups(score), "", *_by_distance(overall)]
     lines += ["", *_zones(overall)]
-    lines += ["", "F1 of 'nearer than': " + ", ".join(f"{t} m {_number(v)}" for t, v in overall.f1.items())]
+    lines += ["", "F1 of 'nearer than': " + ", ".join(f"{t} m {_two_decimals(v)}" for t, v in overall.f1.items())]
     return "\n".join(lines) + "\n"
 
 
@@ -55,9 +55,9 @@ def _groups(score: Score) -> list[str]:
         s = group.summary
         name = f"{group.name} mm" if group.by == "focal_mm" else group.name
         lines.append(
-            f"{name:<22}{s.n_images:>7}{s.n_unscored:>9}{_number(s.pair_error_pct_mean_over_images):>9}"
-            f"{_number(s.baseline_constant_pct):>9}{_number(s.signed_bias_pct):>8}{_number(s.detection_rate):>7}"
-            f"{_number(s.false_discovery_rate):>7}"
+            f"{name:<22}{s.n_images:>7}{s.n_unscored:>9}{_two_decimals(s.pair_error_pct_mean_over_images):>9}"
+            f"{_two_decimals(s.baseline_constant_pct):>9}{_two_decimals(s.signed_bias_pct):>8}{_two_decimals(s.detection_rate):>7}"
+            f"{_two_decimals(s.false_discovery_rate):>7}"
         )
     return lines
 
@@ -82,7 +82,7 @@ def _zones(summary: Summary) -> list[str]:
     return lines
 
 
-def _number(value: float) -> str:
+def _two_decimals(value: float) -> str:
     return f"{value:.2f}" if math.isfinite(value) else "-"
 
 
@@ -98,10 +98,10 @@ def comparison(scores: Mapping[str, Score]) -> str:
         o = score.overall
         low, high = o.ci95.get("pair_error_pct_mean_over_images", (math.nan, math.nan))
         rows.append((
-            name, str(o.n_pairs), str(o.n_unscored), _number(o.pair_error_pct_mean_over_images),
-            f"{low:.1f}-{high:.1f}" if math.isfinite(low) else "-", _number(o.pair_error_pct_median_over_pairs),
-            _number(o.signed_bias_pct), _number(o.detection_rate), _number(o.false_discovery_rate),
-            _number(o.coverage_90), _number(o.interval_width_mm_mean / 1000),
+            name, str(o.n_pairs), str(o.n_unscored), _two_decimals(o.pair_error_pct_mean_over_images),
+            f"{low:.1f}-{high:.1f}" if math.isfinite(low) else "-", _two_decimals(o.pair_error_pct_median_over_pairs),
+            _two_decimals(o.signed_bias_pct), _two_decimals(o.detection_rate), _two_decimals(o.false_discovery_rate),
+            _two_decimals(o.coverage_90), _two_decimals(o.interval_width_mm_mean / 1000),
             *([_difference(score, first)] if others else []),
         ))  # fmt: skip
     baseline = ["-"] * len(heads)
@@ -109,7 +109,7 @@ def comparison(scores: Mapping[str, Score]) -> str:
         "1.70 m for all",
         str(first.overall.n_annotated_pairs),
         "-",
-        _number(first.overall.baseline_constant_pct),
+        _two_decimals(first.overall.baseline_constant_pct),
     ]
     rows.append(tuple(baseline))
     widths = [max(len(row[k]) for row in rows) for k in range(len(heads))]

@@ -82,8 +82,8 @@ def _image(photo: Row, people: list[dict[str, str]], pairs: list[dict[str, str]]
     for number, k in index.items():
         here, row = f"{where}, person {number}", by_number[number]
         for p, part in enumerate(PARTS):
-            points[k, p] = [_number(row, f"{part.lower()}_{axis}_px", here) for axis in "uv"]
-        positions[k] = [_number(row, f"{axis}_m", here) * _MM for axis in "xyz"]
+            points[k, p] = [_finite_or_nan(row, f"{part.lower()}_{axis}_px", here) for axis in "uv"]
+        positions[k] = [_finite_or_nan(row, f"{axis}_m", here) * _MM for axis in "xyz"]
     distances, low, high = (np.full((count, count), np.nan) for _ in range(3))
     on_ground = False
     seen: set[tuple[int, int]] = set()
@@ -97,11 +97,13 @@ def _image(photo: Row, people: list[dict[str, str]], pairs: list[dict[str, str]]
         seen.add((one, other))
         a, b = index[one], index[other]
         for matrix, column in ((distances, "distance_m"), (low, "low_m"), (high, "high_m")):
-            matrix[a, b] = matrix[b, a] = _number(row, column, where) * _MM
+            matrix[a, b] = matrix[b, a] = _finite_or_nan(row, column, where) * _MM
         if min(distances[a, b], low[a, b]) < 0 or low[a, b] > high[a, b]:
             raise LabelsError(f"{where}, pair {one}-{other}: a length is negative, or low_m above high_m")
         on_ground |= row.get("on_ground", "true").lower() in ("true", "1", "t")
-    width, height = (_number(photo, key, f"{folder / 'photos.csv'}: photo {name}") for key in ("width_px", "height_px"))
+    width, height = (
+        _finite_or_nan(photo, key, f"{folder / 'photos.csv'}: photo {name}") for key in ("width_px", "height_px")
+    )
     known = width > 0 and height > 0  # a photo that could not be read has no size
     return Prediction(
         name, width if known else None, height if known else None, points, positions,
@@ -109,7 +111,7 @@ def _image(photo: Row, people: list[dict[str, str]], pairs: list[dict[str, str]]
     )  # fmt: skip
 
 
-def _number(row: Row, column: str, where: str) -> float:
+def _finite_or_nan(row: Row, column: str, where: str) -> float:
     text = row[column].strip()
     if not text:
         return math.nan
@@ -124,7 +126,7 @@ def _number(row: Row, column: str, where: str) -> float:
 
 def _whole(row: Row, column: str, where: str) -> int:
     """Return a whole number, also where another program has written it as 3.0."""
-    value = _number(row, column, where)
+    value = _finite_or_nan(row, column, where)
     if not value.is_integer():
         raise LabelsError(f"{where}: {column} is {row[column]!r} where a whole number is expected")
     return int(value)

@@ -123,7 +123,7 @@ def _check_line_ends(name: str, content: bytes) -> Iterator[Fault]:
     )
 
 
-def _number(text: str) -> float:
+def _number_or_nan(text: str) -> float:
     try:
         return float(text)
     except ValueError:
@@ -140,7 +140,7 @@ def _check_truth(lines: list[_Line]) -> Iterator[Fault]:
         if not shoot.isdigit():
             yield Fault(TRUTH_FILE, line.number, f"shoot {shoot!r}; a whole number is expected")
         for axis, text in zip("xyz", xyz, strict=True):
-            if not math.isfinite(_number(text)):
+            if not math.isfinite(_number_or_nan(text)):
                 yield Fault(TRUTH_FILE, line.number, f"{axis} is {text!r}; a number of millimetres is expected")
         if (shoot, tag) in first:
             yield Fault(
@@ -206,7 +206,9 @@ def _known_owner(line: _Line) -> str | None:
     """Return whose point this is, where the published label is known to be wrong."""
     tag, part, x, y, filename, *_ = line.fields
     owners = (
-        e.belongs_to for e in load_errata() if e.filename == filename and e.concerns(tag, part, _number(x), _number(y))
+        e.belongs_to
+        for e in load_errata()
+        if e.filename == filename and e.concerns(tag, part, _number_or_nan(x), _number_or_nan(y))
     )
     return next(owners, None)
 
@@ -252,5 +254,5 @@ def _check_header(path: Path, columns: tuple[str, ...]) -> Iterator[Fault]:
         value = row[columns[1]]
         if value is None or row[columns[0]] is None:
             yield Fault(path.name, line, f"{','.join(columns)} are expected")
-        elif columns[1] == "focal_length_mm" and not 0 < _number(value) < math.inf:
+        elif columns[1] == "focal_length_mm" and not 0 < _number_or_nan(value) < math.inf:
             yield Fault(path.name, line, f"focal_length_mm is {value[:40]!r}; millimetres are expected")

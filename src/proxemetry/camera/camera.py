@@ -55,8 +55,8 @@ class Camera:
     def __post_init__(self) -> None:
         object.__setattr__(self, "source", _source(self.source))
         for name in ("fx", "fy", "cx", "cy", "width", "height", "focal_rel_sd", "principal_sd_px"):
-            object.__setattr__(self, name, _plain(name, getattr(self, name)))
-        object.__setattr__(self, "distortion", tuple(_plain("distortion", value) for value in self.distortion))
+            object.__setattr__(self, name, _as_number(name, getattr(self, name)))
+        object.__setattr__(self, "distortion", tuple(_as_number("distortion", value) for value in self.distortion))
         self._check_ranges()
         for name in ("focal_rel_sd", "principal_sd_px"):
             if getattr(self, name) < 0:
@@ -161,7 +161,7 @@ def _source(source: Source | str) -> Source:
     return Source(FocalSource.USER, source)
 
 
-def _plain(name: str, value: object) -> float:
+def _as_number(name: str, value: object) -> float:
     """Return a number as Python's own: an element of an array is none that JSON knows."""
     if isinstance(value, int | float):
         return value

@@ -208,7 +208,7 @@ class Mount:
         sd = self.sd
         covariance = np.array(self.covariance)
         scale = np.where(sd > 0, sd, 1.0)
-        correlation = [[_number(v) for v in row] for row in (covariance / scale / scale[:, None]).tolist()]
+        correlation = [[_significant(v) for v in row] for row in (covariance / scale / scale[:, None]).tolist()]
         size = self.size_px or (None, None)
         camera = None if self.camera is None else asdict(self.camera)
         frame = self.floor_frame
@@ -217,17 +217,17 @@ class Mount:
             "source": self.source,
             "width_px": size[0],
             "height_px": size[1],
-            "pitch_deg": _number(math.degrees(self.pitch_rad)),
-            "roll_deg": _number(math.degrees(self.roll_rad)),
-            "height_m": _number(self.height_m),
-            "pitch_sd_deg": _number(math.degrees(sd[0])),
-            "roll_sd_deg": _number(math.degrees(sd[1])),
-            "height_sd_m": _number(self.height_sd_m),
-            "focal_rel_sd": _number(float(sd[3])),
+            "pitch_deg": _significant(math.degrees(self.pitch_rad)),
+            "roll_deg": _significant(math.degrees(self.roll_rad)),
+            "height_m": _significant(self.height_m),
+            "pitch_sd_deg": _significant(math.degrees(sd[0])),
+            "roll_sd_deg": _significant(math.degrees(sd[1])),
+            "height_sd_m": _significant(self.height_sd_m),
+            "focal_rel_sd": _significant(float(sd[3])),
             "correlation": correlation,
             "camera": camera,
             "floor_frame": None if frame is None else {
-                "x_m": frame.x_m, "y_m": frame.y_m, "yaw_deg": _number(math.degrees(frame.yaw_rad)),
+                "x_m": frame.x_m, "y_m": frame.y_m, "yaw_deg": _significant(math.degrees(frame.yaw_rad)),
                 "mirrored": frame.mirrored,
             },
         }  # fmt: skip
@@ -280,7 +280,7 @@ _NUMBERS = ("pitch_deg", "roll_deg", "height_m", "pitch_sd_deg", "roll_sd_deg", 
 _FIELDS = ("schema", "source", "width_px", "height_px", *_NUMBERS, "correlation", "camera", "floor_frame")
 
 
-def _number(value: float) -> float | None:
+def _significant(value: float) -> float | None:
     return float(f"{value:.{_DIGITS}g}") if math.isfinite(value) else None
 
 

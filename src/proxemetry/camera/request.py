@@ -34,7 +34,7 @@ class FocalRequest:
 
     def __post_init__(self) -> None:
         for name in ("focal_mm", "focal_35mm", "focal_px", "sensor_mm", "assume_fov_deg"):
-            object.__setattr__(self, name, _plain(getattr(self, name)))
+            object.__setattr__(self, name, _as_python(getattr(self, name)))
         stated = {"--focal-mm": self.focal_mm, "--focal-35mm": self.focal_35mm, "--focal-px": self.focal_px}
         stated = {option: value for option, value in stated.items() if value is not None}
         for option, value in stated.items():
@@ -58,10 +58,10 @@ class FocalRequest:
         return (self.focal_mm, self.focal_35mm, self.focal_px) != (None, None, None)
 
 
-def _plain(value: Any) -> Any:
+def _as_python(value: Any) -> Any:
     """Return what an array or an element of one holds as Python's own numbers, anything else as it is."""
     value = value.tolist() if hasattr(value, "tolist") else value
-    return tuple(map(_plain, value)) if isinstance(value, list | tuple) else value  # pyright: ignore[reportUnknownArgumentType,reportUnknownVariableType]
+    return tuple(map(_as_python, value)) if isinstance(value, list | tuple) else value  # pyright: ignore[reportUnknownArgumentType,reportUnknownVariableType]
 
 
 def _is_positive(value: object) -> bool:

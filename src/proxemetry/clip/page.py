@@ -72,12 +72,12 @@ def page(
     )
 
 
-def _number(value: float, digits: int = 3) -> float | None:
+def _rounded(value: float, digits: int = 3) -> float | None:
     return round(float(value), digits) if math.isfinite(value) else None
 
 
-def _numbers(values: Sequence[float] | FloatArray, digits: int = 3) -> list[float | None]:
-    return [_number(v, digits) for v in values]
+def _all_rounded(values: Sequence[float] | FloatArray, digits: int = 3) -> list[float | None]:
+    return [_rounded(v, digits) for v in values]
 
 
 def _data(found: Analysis, sums: Sums, aggregate_only: bool) -> dict[str, Any]:
@@ -90,16 +90,16 @@ def _data(found: Analysis, sums: Sums, aggregate_only: bool) -> dict[str, Any]:
     density = [
         None
         if region is None or found.frames[k].camera != main or not measured[k]
-        else _number(classic_density(places[k], region), 4)
+        else _rounded(classic_density(places[k], region), 4)
         for k in rows
     ]
     tracks = [] if aggregate_only else _tracks(found)
     pairs = [] if aggregate_only else [_pair(p) for p in sums.shown if p.seconds.sum() > 0]
     data: dict[str, Any] = {
-        "t": _numbers(times[::every]), "step": float(np.median(np.diff(times))) * every if len(times) > 1 else 1.0,
+        "t": _all_rounded(times[::every]), "step": float(np.median(np.diff(times))) * every if len(times) > 1 else 1.0,
         "n": [found.frames[k].n_people if measured[k] else None for k in rows], "density": density,
-        "within": [_numbers(sums.within[::every, k]) for k in range(sums.within.shape[1])],
-        "apart": [_numbers(sums.within_apart[::every, k]) for k in range(sums.within.shape[1])],
+        "within": [_all_rounded(sums.within[::every, k]) for k in range(sums.within.shape[1])],
+        "apart": [_all_rounded(sums.within_apart[::every, k]) for k in range(sums.within.shape[1])],
         "limits": list(found.wanted.within_m), "tracks": tracks, "pairs": pairs, "extent": _extent(found),
         "maps": None,
     }  # fmt: skip
@@ -107,10 +107,10 @@ def _data(found: Analysis, sums: Sums, aggregate_only: bool) -> dict[str, Any]:
         last = sums.maps.risk()[-1] if len(sums.maps.limits_m) else np.zeros((1, 1))
         data |= {
             "maps": {
-                "density": [_numbers(r, 4) for r in sums.maps.density().mean(axis=0)],
-                "risk": [_numbers(r, 3) for r in last],
+                "density": [_all_rounded(r, 4) for r in sums.maps.density().mean(axis=0)],
+                "risk": [_all_rounded(r, 3) for r in last],
             },
-            "mapOrigin": _numbers(sums.maps.origin_m), "mapCell": sums.maps.cell_m,
+            "mapOrigin": _all_rounded(sums.maps.origin_m), "mapCell": sums.maps.cell_m,
         }  # fmt: skip
     return data
 
@@ -124,9 +124,9 @@ def _tracks(found: Analysis) -> list[dict[str, Any]]:
         track = person.track
         rows = slice(None, None, every)
         answer.append({
-            "n": track.number, "g": person.group, "t": _numbers(track.t_s[rows]),
-            "x": _numbers(track.positions_m[rows, 0], 2), "y": _numbers(track.positions_m[rows, 1], 2),
-            "s": track.seen[rows].astype(int).tolist(), "h": _numbers(person.heading_rad[rows], 2),
+            "n": track.number, "g": person.group, "t": _all_rounded(track.t_s[rows]),
+            "x": _all_rounded(track.positions_m[rows, 0], 2), "y": _all_rounded(track.positions_m[rows, 1], 2),
+            "s": track.seen[rows].astype(int).tolist(), "h": _all_rounded(person.heading_rad[rows], 2),
         })  # fmt: skip
     return answer
 
@@ -134,8 +134,8 @@ def _tracks(found: Analysis) -> list[dict[str, Any]]:
 def _pair(pair: Any) -> dict[str, Any]:
     near = pair.near
     return {
-        "a": pair.a, "b": pair.b, "t": _numbers(pair.t_s), "d": _numbers(near.distance_m, 2),
-        "low": _numbers(near.low_m, 2), "high": _numbers(near.high_m, 2),
+        "a": pair.a, "b": pair.b, "t": _all_rounded(pair.t_s), "d": _all_rounded(near.distance_m, 2),
+        "low": _all_rounded(near.low_m, 2), "high": _all_rounded(near.high_m, 2),
     }  # fmt: skip
 
 

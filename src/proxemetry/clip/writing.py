@@ -274,7 +274,7 @@ def summary(found: Analysis, sums: Sums, clip: str) -> dict[str, Any]:
             "seconds_per_person_minute": asdict(rate(60 * sums.within[:, k] * step, people * step, times)),
             "seconds_per_person_minute_apart": asdict(rate(60 * sums.within_apart[:, k] * step, people * step, times)),
         }
-    return _plain({
+    return _as_json({
         "schema": "proxemetry.clip/1", "clip": clip, "seconds": float(step.sum()), "n_frames": len(found.frames),
         "n_frames_failed": int((~ok).sum()), "width_px": found.measured.width_px, "height_px": found.measured.height_px,
         "n_tracks": seen, "people_at_least": at_once, "people_at_most": seen,
@@ -329,11 +329,11 @@ def _critical(found: Analysis, sums: Sums) -> dict[str, Any]:
     return answer
 
 
-def _plain(value: Any) -> Any:
+def _as_json(value: Any) -> Any:
     if isinstance(value, dict):
-        return {str(k): _plain(v) for k, v in value.items()}  # pyright: ignore[reportUnknownVariableType]
+        return {str(k): _as_json(v) for k, v in value.items()}  # pyright: ignore[reportUnknownVariableType]
     if isinstance(value, list | tuple):
-        return [_plain(v) for v in value]  # pyright: ignore[reportUnknownVariableType]
+        return [_as_json(v) for v in value]  # pyright: ignore[reportUnknownVariableType]
     if isinstance(value, float | np.floating):
         return float(f"{value:.7g}") if math.isfinite(value) else None
     return int(value) if isinstance(value, np.integer) else value

@@ -86,11 +86,13 @@ def _sheet(
     FigureCanvasAgg(figure)
     left = _MARGIN_IN / total_width
     title = _ending(scene.photo, int(per_line * 0.6))
-    figure.text(left, 1 - 0.14 / total_height, _plain(title), size=12, weight="bold", color=_INK, va="top")
+    figure.text(left, 1 - 0.14 / total_height, _without_formulas(title), size=12, weight="bold", color=_INK, va="top")
     line = textwrap.shorten(headline(scene), per_line, placeholder=" ...")
-    figure.text(left, 1 - 0.37 / total_height, _plain(line), size=_TEXT_PT, color=_FAINT, va="top")
+    figure.text(left, 1 - 0.37 / total_height, _without_formulas(line), size=_TEXT_PT, color=_FAINT, va="top")
     start = (_MARGIN_IN * 0.8 + _LINE_IN * len(lines)) / total_height
-    figure.text(left, start, _plain("\n".join(lines)), size=_TEXT_PT, color=_FAINT, va="top", linespacing=1.3)
+    figure.text(
+        left, start, _without_formulas("\n".join(lines)), size=_TEXT_PT, color=_FAINT, va="top", linespacing=1.3
+    )
     if handles:
         figure.legend(
             handles=handles, loc="lower left", ncols=columns, frameon=False, fontsize=_TEXT_PT - 0.5,
@@ -132,6 +134,6 @@ def _ending(name: str, most: int) -> str:
     return name if len(name) <= most else f"...{name[3 - most :]}"
 
 
-def _plain(text: str) -> str:
+def _without_formulas(text: str) -> str:
     """Return text in which matplotlib sees no formulas: a file name may hold dollar signs."""
     return text.replace("$", r"\$")

@@ -15,7 +15,7 @@ from ..archive.figures.grouping import UNKNOWN, sql_of
 from ..archive.figures.summary import Share
 from ..archive.store.duck import attached, quoted
 from ..archive.store.folder import Folder
-from ..arrays import FloatArray
+from ..arrays import FloatArray, nan_if_none
 from ..camera import FocalBasis
 from ..distances import ZONE_LIMITS_M, ZONES
 from ..intervals import HALF_WIDTH_SD
@@ -178,14 +178,17 @@ def _listed(duck: Any, order: str, count: int) -> list[Pair]:
     ).fetchall()
     return [
         Pair(
-            str(p), int(a), int(b), float(d), _number(low), _number(high), str(zone or ""), tuple(map(_number, shares))
+            str(p),
+            int(a),
+            int(b),
+            float(d),
+            nan_if_none(low),
+            nan_if_none(high),
+            str(zone or ""),
+            tuple(map(nan_if_none, shares)),
         )
         for p, a, b, d, low, high, zone, *shares in rows
     ]
-
-
-def _number(value: float | None) -> float:
-    return math.nan if value is None else float(value)
 
 
 def _groups(duck: Any) -> list[Group]:

@@ -101,15 +101,15 @@ class _Page:
         return await self._view(request)
 
     async def _view(self, request: Request) -> Response:
-        identity = int(request.path_params["identity"])
-        return JSONResponse(await run_in_threadpool(self._review.view, identity, _query(request)))
+        number = int(request.path_params["identity"])
+        return JSONResponse(await run_in_threadpool(self._review.view, number, _query(request)))
 
     async def act(self, request: Request) -> Response:
         fields = parse_json((await body_of(request, MOST_JSON_BYTES)).decode(), finite=True)
         if not isinstance(fields, dict) or not isinstance(fields.get("value"), dict):
             raise ValueError("a correction is {action, value: {...}}")
-        identity = int(request.path_params["identity"])
-        await run_in_threadpool(self._review.act, identity, str(fields.get("action")), fields["value"])
+        number = int(request.path_params["identity"])
+        await run_in_threadpool(self._review.act, number, str(fields.get("action")), fields["value"])
         return await self._view(request)
 
     async def alike(self, request: Request) -> Response:
@@ -118,8 +118,8 @@ class _Page:
         return JSONResponse({"photos": found})
 
     async def undo(self, request: Request) -> Response:
-        identity = int(request.path_params["identity"])
-        undone = await run_in_threadpool(self._review.undo, identity)
+        number = int(request.path_params["identity"])
+        undone = await run_in_threadpool(self._review.undo, number)
         if undone is None:
             return error_answer(409, "there is nothing of yours to undo on this photo")
         return await self._view(request)

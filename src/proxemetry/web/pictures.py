@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import io
-import threading
-from collections import OrderedDict
-from collections.abc import Callable, Hashable, Iterable
+from collections.abc import Iterable
 
 import numpy as np
 from PIL import Image
@@ -30,28 +28,3 @@ def jpeg(photo: Photo, long_side_px: int, blurred: Iterable[People] = ()) -> byt
     buffer = io.BytesIO()
     image.save(buffer, "JPEG", quality=_QUALITY[long_side_px])
     return buffer.getvalue()
-
-
-class PictureCache:
-    """The latest pictures, up to a number of bytes."""
-
-    def __init__(self, limit_bytes: int = 200_000_000) -> None:
-        self._limit = limit_bytes
-        self._size = 0
-        self._lock = threading.Lock()
-        self._kept: OrderedDict[Hashable, bytes] = OrderedDict()
-
-    def get(self, key: Hashable, make: Callable[[], bytes]) -> bytes:
-        """Return a picture, made where it is not kept."""
-        with self._lock:
-            if key in self._kept:
-                self._kept.move_to_end(key)
-                return self._kept[key]
-        picture = make()
-        with self._lock:
-            if key not in self._kept:
-                self._kept[key] = picture
-                self._size += len(picture)
-            while self._size > self._limit:
-                self._size -= len(self._kept.popitem(last=False)[1])
-        return picture

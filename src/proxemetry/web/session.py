@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import math
 import threading
-from collections import OrderedDict
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Hashable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,7 +15,8 @@ from ..archive.review.edits import applied
 from ..archive.store.index import PhotoCard, card_of
 from ..errors import PhotoError, SettingsError
 from ..scene import Scene
-from .pictures import PictureCache, jpeg
+from .cache import LruCache
+from .pictures import jpeg
 from .stores import Store
 from .tables_zip import tables_zip
 from .view import scene_view, summary_view
@@ -24,7 +24,7 @@ from .view import scene_view, summary_view
 PAGE_SIZE = 60
 #: What a correction may also be kept for -> what photos share then, None where nothing is known.
 SCOPES: dict[str, Callable[[PhotoCard], str | None]] = {"folder": lambda s: s.group, "camera": lambda s: s.camera}
-_SCENES_KEPT = 64
+_SCENES_KEPT, _ORDERS_KEPT, _PICTURES_BYTES = 64, 8, 200_000_000
 
 
 @dataclass(frozen=True)
@@ -78,19 +78,19 @@ class Review:
     def __init__(self, store: Store, who: str, *, faces: str = "show", blind: bool = False) -> None:
         self.store, self.who, self.faces, self.blind = store, who, faces, blind
         self._lock = threading.RLock()
-        self._pictures = PictureCache()
-        self._measured: OrderedDict[str, Scene] = OrderedDict()
-        self._applied: OrderedDict[tuple[str | int, ...], Scene] = OrderedDict()
-        self._orders: OrderedDict[Query, list[int]] = OrderedDict()
+        self._pictures: LruCache[Hashable, bytes] = LruCache(_PICTURES_BYTES, len)
+        self._measured: LruCache[str, Scene] = LruCache(_SCENES_KEPT)
+        self._applied: LruCache[tuple[str | int, ...], Scene] = LruCache(_SCENES_KEPT)
+        self._orders: LruCache[Query, list[int]] = LruCache(_ORDERS_KEPT)
         self._load()
 
     def _load(self) -> None:
         self._summaries = self.store.cards()
         self._actions = by_file(in_force(self.store.log.actions(who=self.who if self.blind else None)))
         if self.blind:  # the index shows everybody's corrections
-            for identity, summary in enumerate(self._summaries):
+            for number, summary in enumerate(self._summaries):
                 if summary.corrections or summary.status == "excluded":
-                    self._summaries[identity] = card_of(self._scene(summary))
+                    self._summaries[number] = card_of(self._scene(summary))
         self._orders.clear()
 
     def _key(self, summary: PhotoCard) -> FileKey:
@@ -100,12 +100,7 @@ class Review:
         return frozenset(a.action for a in self._actions.get(self._key(summary), ()))
 
     def _measured_scene(self, photo: str) -> Scene:
-        if photo not in self._measured:
-            self._measured[photo] = next(iter(self.store.scenes([photo])))
-            while len(self._measured) > _SCENES_KEPT:
-                self._measured.popitem(last=False)
-        self._measured.move_to_end(photo)
-        return self._measured[photo]
+        return self._measured.get(photo, lambda: next(iter(self.store.scenes([photo]))))
 
     def _scene(self, summary: PhotoCard) -> Scene:
         return self._corrected(self._measured_scene(summary.photo))
@@ -114,17 +109,12 @@ class Review:
         """Return a measured scene with what is in force applied; the fit runs once for the same corrections."""
         actions = self._actions.get(FileKey.of(scene), ())
         key = (scene.photo, *(a.number for a in actions))
-        if key not in self._applied:
-            self._applied[key] = applied(scene, actions)
-            while len(self._applied) > _SCENES_KEPT:
-                self._applied.popitem(last=False)
-        self._applied.move_to_end(key)
-        return self._applied[key]
+        return self._applied.get(key, lambda: applied(scene, actions))
 
-    def _summary(self, identity: int) -> PhotoCard:
-        if not 0 <= identity < len(self._summaries):
-            raise LookupError(f"there is no photo number {identity}")
-        return self._summaries[identity]
+    def _summary(self, number: int) -> PhotoCard:
+        if not 0 <= number < len(self._summaries):
+            raise LookupError(f"there is no photo number {number}")
+        return self._summaries[number]
 
     def about(self) -> dict[str, Any]:
         """Return what the page's head says, and what its menus hold."""
@@ -151,30 +141,31 @@ class Review:
 
     def _order(self, query: Query, fresh: bool = False) -> list[int]:
         """Return the photos of a query in their order, which stays while one walks through it and corrects."""
-        if fresh or query not in self._orders:
-            belongs, key, text = FILTERS[query.show], SORTS[query.sort], query.text.casefold()
-            rows = [
-                i
-                for i, s in enumerate(self._summaries)
-                if belongs(s, self._marks(s))
-                and (query.group is None or s.group == query.group)
-                and text in s.photo.casefold()
-            ]
-            self._orders[query] = sorted(rows, key=lambda i: key(self._summaries[i]))
-            while len(self._orders) > 8:
-                self._orders.popitem(last=False)
-        return self._orders[query]
+        if fresh:
+            self._orders.put(query, self._sorted(query))
+        return self._orders.get(query, lambda: self._sorted(query))
 
-    def view(self, identity: int, query: Query) -> dict[str, Any]:
+    def _sorted(self, query: Query) -> list[int]:
+        belongs, key, text = FILTERS[query.show], SORTS[query.sort], query.text.casefold()
+        rows = [
+            i
+            for i, s in enumerate(self._summaries)
+            if belongs(s, self._marks(s))
+            and (query.group is None or s.group == query.group)
+            and text in s.photo.casefold()
+        ]
+        return sorted(rows, key=lambda i: key(self._summaries[i]))
+
+    def view(self, number: int, query: Query) -> dict[str, Any]:
         """Return everything about one photo, and its neighbours in the gallery's order."""
         with self._lock:
-            summary = self._caught_up(identity)
+            summary = self._caught_up(number)
             order = self._order(query)
-            place = order.index(identity) if identity in order else None
+            place = order.index(number) if number in order else None
             return {
                 **scene_view(self._scene(summary), self._actions.get(self._key(summary), ())),
-                "id": identity,
-                "others": {scope: len(self.alike(identity, scope)) for scope in SCOPES},
+                "id": number,
+                "others": {scope: len(self.alike(number, scope)) for scope in SCOPES},
                 "who": self.who,
                 "place": place,
                 "total": len(order),
@@ -182,19 +173,19 @@ class Review:
                 "next": order[place + 1] if place is not None and place + 1 < len(order) else None,
             }
 
-    def act(self, identity: int, action: str, value: Mapping[str, Any]) -> None:
+    def act(self, number: int, action: str, value: Mapping[str, Any]) -> None:
         """Keep a correction; raises SettingsError for one that cannot be read or applied."""
         with self._lock:
-            scene = self._measured_scene(self._caught_up(identity).photo)
+            scene = self._measured_scene(self._caught_up(number).photo)
             if action == "undo":
                 raise SettingsError("correction: undo has an address of its own")
             before = self._actions.get(FileKey.of(scene), [])
             draft, corrected = self.store.log.tried(scene, action, value, self.who, before)
             actions = [*before, self.store.log.keep(draft)]
-            self._applied[(scene.photo, *(a.number for a in actions))] = corrected  # the fit runs once
-            self._take_in(identity, scene, actions)
+            self._applied.put((scene.photo, *(a.number for a in actions)), corrected)  # the fit runs once
+            self._take_in(number, scene, actions)
 
-    def alike(self, identity: int, scope: str) -> list[int]:
+    def alike(self, number: int, scope: str) -> list[int]:
         """Return the other readable photos that share a photo's folder or camera.
 
         scope: one of `SCOPES`; raises SettingsError for another. Photos whose files name no camera share none.
@@ -203,42 +194,42 @@ class Review:
             raise SettingsError(f"scope {scope!r} is unknown: use one of {', '.join(SCOPES)}")
         with self._lock:
             of = SCOPES[scope]
-            own = of(self._summary(identity))
+            own = of(self._summary(number))
             return [
                 i for i, s in enumerate(self._summaries)
-                if own is not None and i != identity and s.status != "failed" and of(s) == own
+                if own is not None and i != number and s.status != "failed" and of(s) == own
             ]  # fmt: skip
 
-    def undo(self, identity: int) -> Action | None:
+    def undo(self, number: int) -> Action | None:
         """Take back one's own latest correction of a photo; return it."""
         with self._lock:
-            scene = self._measured_scene(self._caught_up(identity).photo)
+            scene = self._measured_scene(self._caught_up(number).photo)
             undone = self.store.log.undo(scene, self.who)
             if undone is not None:
                 left = [a for a in self._actions.get(FileKey.of(scene), ()) if a.number != undone.number]
-                self._take_in(identity, scene, left)
+                self._take_in(number, scene, left)
             return undone
 
-    def _caught_up(self, identity: int) -> PhotoCard:
+    def _caught_up(self, number: int) -> PhotoCard:
         """Return a photo's summary with what another reviewer, in a program of their own, did to it in the meantime."""
-        key = self._key(self._summary(identity))
+        key = self._key(self._summary(number))
         actions = in_force(self.store.log.actions(key, who=self.who if self.blind else None))
         if actions != self._actions.get(key, []):
-            self._take_in(identity, self._measured_scene(self._summary(identity).photo), actions)
-        return self._summary(identity)
+            self._take_in(number, self._measured_scene(self._summary(number).photo), actions)
+        return self._summary(number)
 
-    def _take_in(self, identity: int, scene: Scene, actions: list[Action]) -> None:
+    def _take_in(self, number: int, scene: Scene, actions: list[Action]) -> None:
         self._actions[FileKey.of(scene)] = actions
-        self._summaries[identity] = card_of(self._corrected(scene))
+        self._summaries[number] = card_of(self._corrected(scene))
 
-    def picture(self, identity: int, long_side_px: int) -> bytes:
+    def picture(self, number: int, long_side_px: int) -> bytes:
         """Return a photo as JPEG without metadata; raises PhotoError where the file is gone or another one."""
         with self._lock:
-            summary = self._summary(identity)
+            summary = self._summary(number)
             scene = self._measured_scene(summary.photo)
             # Somebody removed by hand stays pixelated too.
             blurred = (scene.people, self._scene(summary).people) if self.faces == "blur" else ()
-        key = (identity, long_side_px, *(people.keypoints_px.tobytes() for people in blurred))
+        key = (number, long_side_px, *(people.keypoints_px.tobytes() for people in blurred))
 
         def make() -> bytes:
             photo = self.store.open_photo(summary.photo)

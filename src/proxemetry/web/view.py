@@ -32,10 +32,10 @@ def numbers(values: Iterable[float], digits: int = 4) -> list[float | None] | No
     return found if any(v is not None for v in found) else None
 
 
-def summary_view(identity: int, summary: PhotoCard, marks: Sequence[str]) -> dict[str, Any]:
+def summary_view(photo_id: int, summary: PhotoCard, marks: Sequence[str]) -> dict[str, Any]:
     """Return a card of the gallery; marks: "checked", "note" and so on."""
     return {
-        "id": identity,
+        "id": photo_id,
         "photo": summary.photo,
         "status": summary.status,
         "reason": summary.reason,

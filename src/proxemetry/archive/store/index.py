@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...arrays import nan_if_none
 from ...scene import Scene
 from . import parts
 from .duck import attached
@@ -90,8 +91,8 @@ def cards(results: Results) -> list[PhotoCard]:
             reason,
             people,
             pairs,
-            _number(nearest),
-            _number(spread),
+            nan_if_none(nearest),
+            nan_if_none(spread),
             doubtful,
             camera=_camera_name(make, model),
         )
@@ -102,7 +103,3 @@ def cards(results: Results) -> list[PhotoCard]:
 def _camera_name(make: str | None, model: str | None) -> str | None:
     """Return how a file names its camera; None where it does not name a model."""
     return None if model is None else f"{make or ''} {model}".strip()
-
-
-def _number(value: float | None) -> float:
-    return math.nan if value is None else float(value)

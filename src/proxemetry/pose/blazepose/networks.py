@@ -30,7 +30,11 @@ class Network:
         details = self._interpreter.get_input_details()[0]
         self._input = details["index"]
         self.side = int(details["shape"][1])
-        self._outputs = [d["index"] for d in self._interpreter.get_output_details()]
+        outputs = self._interpreter.get_output_details()
+        self._outputs = [d["index"] for d in outputs]
+        sizes = [int(np.prod(d["shape"])) for d in outputs]
+        if len(set(sizes)) < len(sizes):
+            raise ModelError(f"{path}: outputs of {sizes} elements: two of one size cannot be told apart")
 
     def __call__(self, image: Float32Array) -> dict[int, Float32Array]:
         """Run one input of shape (side, side, 3)."""
