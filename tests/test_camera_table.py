@@ -6,9 +6,10 @@ from pathlib import Path
 
 import pytest
 
+from proxemetry.camera import Mount
 from proxemetry.camera.focal import FocalRequest, estimate_camera
 from proxemetry.camera.table import CameraTable
-from proxemetry.errors import CameraError, SettingsError
+from proxemetry.errors import CameraError, ProxemetryError, SettingsError
 from proxemetry.photo import Photo
 from proxemetry.photo.metadata import Metadata
 
@@ -126,3 +127,15 @@ def test_an_umlaut_is_an_umlaut_however_it_is_written(tmp_path: Path) -> None:
     for written, named in ((composed, decomposed), (decomposed, composed)):
         row = table_of(tmp_path, f"{written},,,,,,,1000").row_for(named)
         assert row is not None and row.focal_px == 1000
+
+
+@pytest.mark.parametrize("value", ["1e-320", "1e308", "0", "-3"])
+def test_lengths_that_no_camera_has_are_one_line(tmp_path: Path, value: str) -> None:
+    path = tmp_path / "cameras.csv"
+    path.write_text(f"photo,focal_mm,sensor_width_mm,sensor_height_mm\n*,50,{value},24\n")
+    with pytest.raises(ProxemetryError, match="sensor_width_mm"):
+        CameraTable.read(path)
+    with pytest.raises(ProxemetryError):
+        FocalRequest(focal_mm=50, sensor_mm=(float(value), 24))
+    with pytest.raises(ProxemetryError, match="height"):
+        Mount.stated(0.1, 0.0, 0.0, height_sd_m=0.1)

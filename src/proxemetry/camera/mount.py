@@ -144,7 +144,7 @@ class Mount:
         source: str = "stated", floor_frame: FloorFrame | None = None,
     ) -> Mount:  # fmt: skip
         """Return the mount of independent statements, each with its standard deviation; the lens is known apart."""
-        height_sd = STATED_HEIGHT_REL_SD if height_sd_m is None else height_sd_m / height_m
+        height_sd = STATED_HEIGHT_REL_SD if height_sd_m is None or not height_m else height_sd_m / height_m
         sd = [
             value if math.isfinite(stated) else math.nan
             for value, stated in ((pitch_sd_rad, pitch_rad), (roll_sd_rad, roll_rad), (height_sd, height_m))

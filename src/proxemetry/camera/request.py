@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any, cast
 
 from ..errors import SettingsError
-from .table import CameraTable
+from .table import LENGTHS, CameraTable
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,9 @@ class FocalRequest:
         stated = {option: value for option, value in stated.items() if value is not None}
         for option, value in stated.items():
             if not _is_positive(value):
-                raise SettingsError(f"{option} is {value!r}: it must be a positive number")
+                raise SettingsError(
+                    f"{option} is {value!r}: it must be a positive number, {LENGTHS[0]:g} to {LENGTHS[1]:g}"
+                )
         if len(stated) > 1:
             raise SettingsError(f"{' and '.join(stated)} state the focal length twice: leave one out")
         if self.sensor_mm is not None:
@@ -65,7 +67,7 @@ def _as_python(value: Any) -> Any:
 
 
 def _is_positive(value: object) -> bool:
-    return isinstance(value, int | float) and math.isfinite(value) and value > 0
+    return isinstance(value, int | float) and math.isfinite(value) and LENGTHS[0] <= value <= LENGTHS[1]
 
 
 def _are_sides(value: object) -> bool:
