@@ -22,8 +22,9 @@ SUFFIXES = {"JPEG": "jpg", "PNG": "png", "TIFF": "tif", "WEBP": "webp", "GIF": "
 
 #: Opens every file of a folder as a batch would, and tells what became of each and how much memory it took.
 READER = """
-import json, resource, sys
+import json, sys
 from pathlib import Path
+from benchmarks.robustness.process_memory import memory_bytes
 from proxemetry.errors import PhotoError
 from proxemetry.camera.focal import FocalRequest, estimate_camera
 from proxemetry.photo import Photo
@@ -37,7 +38,7 @@ for path in sorted(Path(sys.argv[1]).iterdir()):
         rows[path.name] = "ok"
     except PhotoError as error:
         rows[path.name] = f"PhotoError: {error}"
-print(json.dumps({"rows": rows, "peak_mb": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024}))
+print(json.dumps({"rows": rows, "peak_mb": memory_bytes()[1] / 1e6}))
 """
 
 

@@ -11,13 +11,13 @@ from __future__ import annotations
 import argparse
 import json
 import math
-import resource
 import subprocess
 import sys
 import time
 
 import numpy as np
 
+from benchmarks.robustness.process_memory import memory_bytes
 from proxemetry.archive.store.parts import record_of
 from proxemetry.camera import Camera
 from proxemetry.measure import measure
@@ -60,7 +60,7 @@ def _one(count: int, known: bool) -> dict[str, float]:
     people = crowd(count)
     photo = Photo("crowd.jpg", WIDTH, HEIGHT, "")
     camera = Camera.centred(F_PX, WIDTH, HEIGHT, focal_rel_sd=0.02) if known else None
-    empty = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    empty = memory_bytes()[1] / 1e6
     started = time.process_time()
     scene = measure(photo, pose=_Given(people), camera=camera)
     fitted = time.process_time()
@@ -68,7 +68,7 @@ def _one(count: int, known: bool) -> dict[str, float]:
     measured = time.process_time()
     record_of(scene)
     done = time.process_time()
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    peak = memory_bytes()[1] / 1e6
     return {
         "people": count, "placed": placed, "pairs": pairs, "fit_s": fitted - started, "distances_s": measured - fitted,
         "record_s": done - measured, "all_s": done - started, "peak_mb": peak, "before_mb": empty,

@@ -34,6 +34,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.robustness.fuzz_files import WHOLE, damaged
+from benchmarks.robustness.process_memory import memory_bytes
 from proxemetry.errors import ProxemetryError
 from proxemetry.scene import Scene
 
@@ -137,7 +138,7 @@ def _work(pipe: Connection, seed: int, folder: str) -> None:
         where = Path(tempfile.mkdtemp(dir=folder))
         outcome = run_one(kind, number, seed, where)
         shutil.rmtree(where, ignore_errors=True)
-        peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
+        peak = memory_bytes()[1]
         if peak > MOST_BYTES and not outcome.is_fault:
             outcome = Outcome(kind, number, "memory", f"{peak / 1e9:.1f} GB", outcome.seconds)
         pipe.send((outcome, peak))

@@ -21,6 +21,7 @@ from pathlib import Path
 
 from PIL import Image, ImageOps
 
+from benchmarks.robustness.process_memory import memory_bytes
 from benchmarks.speed.recorded_archive import write_keypoints, write_photos
 from proxemetry.archive.run.run import run
 from proxemetry.archive.run.schedule import Note, Progress
@@ -89,7 +90,7 @@ def _watch(photos: Path, job: Job, count: int) -> None:
         ):
             return
         (worker,) = multiprocessing.active_children()
-        now, most = _megabytes(worker.pid or 0)
+        now, most = memory_bytes(worker.pid or 0)
         held.append((progress.done, now))
         print(
             f"{progress.done:7d} photos: {now:.0f} MB now, {most:.0f} MB at most; "
@@ -104,13 +105,6 @@ def _watch(photos: Path, job: Job, count: int) -> None:
         f"{outcome.photos} photos, {outcome.measured.people} people, {outcome.measured.failed} failed; mean of the "
         f"first tenth {sum(early) / len(early):.0f} MB, of the last {sum(late) / len(late):.0f} MB"
     )
-
-
-def _megabytes(process: int) -> tuple[float, float]:
-    """Return what a process holds in memory now, and the most it held."""
-    lines = dict(line.split(":", 1) for line in Path(f"/proc/{process}/status").read_text().splitlines())
-    now, most = (int(lines[name].split()[0]) * 1024 / 1e6 for name in ("VmRSS", "VmHWM"))
-    return now, most
 
 
 if __name__ == "__main__":

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any, cast
 
 from ..errors import SettingsError
-from .table import LENGTHS, CameraTable
+from .table import LENGTH_BOUNDS, CameraTable
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,7 @@ class FocalRequest:
         for option, value in stated.items():
             if not _is_positive(value):
                 raise SettingsError(
-                    f"{option} is {value!r}: it must be a positive number, {LENGTHS[0]:g} to {LENGTHS[1]:g}"
+                    f"{option} is {value!r}: it must be a positive number, {LENGTH_BOUNDS[0]:g} to {LENGTH_BOUNDS[1]:g}"
                 )
         if len(stated) > 1:
             raise SettingsError(f"{' and '.join(stated)} state the focal length twice: leave one out")
@@ -67,7 +67,7 @@ def _as_python(value: Any) -> Any:
 
 
 def _is_positive(value: object) -> bool:
-    return isinstance(value, int | float) and math.isfinite(value) and LENGTHS[0] <= value <= LENGTHS[1]
+    return isinstance(value, int | float) and math.isfinite(value) and LENGTH_BOUNDS[0] <= value <= LENGTH_BOUNDS[1]
 
 
 def _are_sides(value: object) -> bool:

@@ -20,8 +20,9 @@ from .mount import STATED_ANGLE_SD_RAD, Mount
 _KEYS = ("photo", "make", "model")
 _PLACE = (("pitch_deg", "pitch_sd_deg"), ("roll_deg", "roll_sd_deg"), ("height_m", "height_sd_m"))
 
-#: What a focal length or a sensor's side may be, millimetres or pixels: beyond any, and far from what a float loses.
-LENGTHS = (1e-3, 1e7)
+#: Bounds of a stated focal length or sensor side, millimetres or pixels: wider than any camera's, and squares and
+#: ratios of them are ordinary numbers.
+LENGTH_BOUNDS = (1e-3, 1e7)
 
 
 @dataclass(frozen=True)
@@ -63,8 +64,9 @@ class CameraRow:
             raise CameraError("the row names neither a photo nor a camera: fill photo, or make and model")
         for name in ("focal_mm", "focal_35mm", "sensor_width_mm", "sensor_height_mm", "focal_px", "focal_y_px"):
             value = getattr(self, name)
-            if value is not None and not LENGTHS[0] <= value <= LENGTHS[1]:
-                raise CameraError(f"{name} is {value:g}: it must be positive, {LENGTHS[0]:g} to {LENGTHS[1]:g}")
+            low, high = LENGTH_BOUNDS
+            if value is not None and not low <= value <= high:
+                raise CameraError(f"{name} is {value:g}: it must be positive, {low:g} to {high:g}")
         stated = [name for name in ("focal_mm", "focal_35mm", "focal_px") if getattr(self, name) is not None]
         if len(stated) > 1:
             raise CameraError(f"{' and '.join(stated)} state the focal length twice: leave one empty")

@@ -36,12 +36,11 @@ def camera_request(value: Mapping[str, Any]) -> FocalRequest:
         _need(length is None or _is_number(length), f"{name} is a number")
     sensor = value.get("sensor_mm")
     _need(sensor is None or _are_numbers(sensor, 2), "sensor_mm is a pair of numbers")
-    return FocalRequest(
-        lengths["focal_mm"],
-        lengths["focal_35mm"],
-        lengths["focal_px"],
-        sensor_mm=None if sensor is None else (float(sensor[0]), float(sensor[1])),
-    )
+    sides = None if sensor is None else (float(sensor[0]), float(sensor[1]))
+    try:
+        return FocalRequest(lengths["focal_mm"], lengths["focal_35mm"], lengths["focal_px"], sensor_mm=sides)
+    except SettingsError as error:
+        raise SettingsError(f"correction: {error}") from error
 
 
 def _need(condition: bool, what: str) -> None:
