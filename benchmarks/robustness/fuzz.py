@@ -18,6 +18,7 @@ import io
 import json
 import logging
 import multiprocessing
+import os
 import resource
 import shutil
 import signal
@@ -132,6 +133,7 @@ def _work(pipe: Connection, seed: int, folder: str) -> None:
 
     signal.signal(signal.SIGPROF, late)
     logging.disable(logging.CRITICAL)
+    os.environ["OPENCV_FFMPEG_LOGLEVEL"] = "-8"  # its decoders remark on every damaged frame
     resource.setrlimit(resource.RLIMIT_AS, (3 * MOST_BYTES, 3 * MOST_BYTES))
     while (asked := pipe.recv()) is not None:
         kind, number = asked

@@ -8,21 +8,23 @@ from pathlib import Path
 
 from ..camera import Camera, Mount
 from ..errors import CameraError
-from ..files import read_bytes
+from ..files import open_file, read_bytes
 
 #: A gimbal holds its angle to about a degree against gravity; a barometer drifts by a metre or so in a flight, and
 #: ground is not level with the place of the start.
 ANGLE_SD_RAD, HEIGHT_SD_M, HEIGHT_REL_SD = math.radians(1.0), 1.0, 0.03
 #: DJI's XMP as attributes or elements (`drone-dji:RelativeAltitude="+30.10"`).
-_XMP = re.compile(rb"drone-dji:(RelativeAltitude|GimbalPitchDegree|GimbalRollDegree)\s*(?:=\s*\"|>)\s*([+-]?[\d.]+)")
+_XMP = re.compile(
+    rb"drone-dji:(RelativeAltitude|GimbalPitchDegree|GimbalRollDegree)\s*(?:=\s*\"|>)\s*([+-]?\d+(?:\.\d+)?)"
+)
 #: DJI's subtitles: `[rel_alt: 30.100 abs_alt: 95.2]`, `[gb_yaw: 12.0 gb_pitch: -90.0 gb_roll: 0.0]`.
-_SRT = re.compile(r"(rel_alt|gb_pitch|gb_roll)\s*[:=]\s*([+-]?[\d.]+)")
+_SRT = re.compile(r"(rel_alt|gb_pitch|gb_roll)\s*[:=]\s*([+-]?\d+(?:\.\d+)?)")
 _XMP_WITHIN = 1 << 20
 
 
 def from_xmp(path: str | Path, camera: Camera | None = None) -> Mount | None:
     """Return where a drone's photo was taken from, or None where its file does not say."""
-    with Path(path).open("rb") as file:
+    with open_file(path) as file:
         found = dict(_XMP.findall(file.read(_XMP_WITHIN)))
     height, pitch = found.get(b"RelativeAltitude"), found.get(b"GimbalPitchDegree")
     if height is None or pitch is None:

@@ -19,12 +19,16 @@ from .least_squares import minimise
 
 #: What a click and a tape are worth unless they are stated: standard deviations.
 CLICK_SD_PX, TAPE_SD_M = 2.0, 0.05
+#: Pixels or metres beyond which no picture and no place of one camera reaches; their squares are ordinary numbers.
+LARGEST = 1e7
 COLUMNS = ("u_px", "v_px", "x_m", "y_m")
 #: A lens of which nothing is known: about a normal one, and by how much it may be another (logarithm).
 OPEN_FOCAL_LOG_SD = 1.0
 _TYPICAL_FIELD_RAD = math.radians(60.0)
 #: Angles (radians), log height and places (metres) that nothing tells: a camera straight above has no roll of its own.
 _ANYWHERE = 100.0
+#: Of a height or a focal length against its start: what a step of the search may not go beyond.
+_MOST_LOG = 30.0
 #: A point that misses by more standard deviations than this is named.
 _WRONG = 3.5
 
@@ -45,15 +49,17 @@ class FloorPoints:
     def __post_init__(self) -> None:
         for name in ("points_px", "floor_m"):
             values = np.array(getattr(self, name), dtype=float).reshape(-1, 2)
-            if not np.isfinite(values).all():
-                row = int(np.flatnonzero(~np.isfinite(values).all(axis=1))[0]) + 1
-                raise CameraError(f"point {row} has no finite {name}: every point takes four numbers")
+            if not (fits := (abs(values) <= LARGEST).all(axis=1)).all():
+                row = int(np.flatnonzero(~fits)[0]) + 1
+                raise CameraError(
+                    f"point {row} has no {name} of at most {LARGEST:g}: every point takes four such numbers"
+                )
             object.__setattr__(self, name, values)
         if len(self.points_px) != len(self.floor_m):
             raise CameraError(f"{len(self.points_px)} pixels with {len(self.floor_m)} places: they must be as many")
         if len(self) < 4:
             raise CameraError(f"{len(self)} points: it takes four or more, spread over the floor and not on one line")
-        if not (self.click_sd_px > 0 and self.tape_sd_m > 0):
+        if not (0 < self.click_sd_px <= LARGEST and 0 < self.tape_sd_m <= LARGEST):
             raise CameraError("the click's and the tape's standard deviations must be positive")
 
     def __len__(self) -> int:
@@ -134,7 +140,7 @@ def from_points(points: FloorPoints, camera: Camera, *, focal_known: bool = True
         return Mount.stated(pitch, roll, math.exp(log_height), camera=lens, floor_frame=place)
 
     def whitened(unknowns: FloatArray) -> FloatArray:
-        if abs(unknowns[0]) > math.pi / 2:
+        if abs(unknowns[0]) > math.pi / 2 or (abs(unknowns[[2, 6]] * (1.0, focal_sd)) > _MOST_LOG).any():
             return np.full(2 * len(points) + 3, 1e6)
         return np.concatenate([_missed(mount_of(unknowns), points).ravel(), unknowns[6:] - expected])
 
@@ -202,7 +208,10 @@ def _missed(mount: Mount, points: FloorPoints) -> FloatArray:
         (to_pixels(mount, _floor(mount, points.floor_m + aside)) - seen) / 1e-3 for aside in ((1e-3, 0.0), (0.0, 1e-3))
     ]
     sway = np.stack(by, axis=-1) * points.tape_sd_m
-    covariance = sway @ sway.swapaxes(1, 2) + points.click_sd_px**2 * np.eye(2)
+    covariance = sway @ sway.swapaxes(1, 2)
+    # Close to the horizon a tape's width is the whole picture, beside which a click is lost in rounding.
+    click = points.click_sd_px**2 + 1e-12 * np.trace(covariance, axis1=1, axis2=2)
+    covariance = covariance + click[:, None, None] * np.eye(2)
     away = np.nan_to_num(points.points_px - seen, nan=1e6, posinf=1e6, neginf=-1e6)
     if not np.isfinite(covariance).all():
         return away

@@ -17,6 +17,7 @@ from ..bodies import Bodies, Floor
 from ..camera import CameraEstimate, Mount
 from ..distances import ground_frame
 from ..errors import CameraError, KeypointsError
+from ..files import read_bytes
 from ..measure import Settings
 from ..people import People
 from ..people.skeleton import COCO_17
@@ -25,6 +26,12 @@ from ..scene import Scene
 
 #: How well a box's lower edge and middle tell where the feet are, in box heights and widths.
 _FOOT_SD_HEIGHTS, _FOOT_SD_WIDTHS = 0.03, 0.08
+#: Files often have whole pixels, so that even the smallest box is known no better than that.
+_WHOLE_PX_SD = 0.5
+#: A box whose lower edge comes so near the horizon that its place is not known within its own distance has none.
+_FAR_REL_SD = 1.0
+#: No picture has as many pixels or frames; the numbers' squares are ordinary numbers.
+_LARGEST = 1e9
 #: The middle of a standing torso is so high above the floor (ANSUR II: acromion 1.39 m, trochanterion 0.87 m).
 _TORSO_M = 1.13
 
@@ -42,7 +49,7 @@ class Boxes:
         """Read `frame, id, left, top, width, height, score, ...`; raises KeypointsError where a line is none."""
         path = Path(path)
         try:
-            content = path.read_bytes()
+            content = read_bytes(path)
         except OSError as error:
             raise KeypointsError(f"{path}: cannot be read ({error.strerror})") from error
         rows: dict[int, list[list[float]]] = {}
@@ -51,7 +58,7 @@ class Boxes:
             if not cells:
                 continue
             try:
-                frame, _, left, top, width, height, *rest = map(float, cells)
+                frame, _, left, top, width, height, *rest = map(_number, cells)
             except ValueError as error:
                 raise KeypointsError(
                     f"{path}, line {number}: not `frame, id, left, top, width, height, score` of MOT Challenge"
@@ -92,15 +99,24 @@ def standing(people: People, mount: Mount) -> Bodies:
     up = np.array([np.sin(roll) * np.cos(pitch), -np.cos(roll) * np.cos(pitch), -np.sin(pitch)])
     axes = ground_frame(up)
     feet = np.stack([(boxes[:, 0] + boxes[:, 2]) / 2, boxes[:, 3]], axis=-1)
-    sd = np.stack([
-        _FOOT_SD_WIDTHS * (boxes[:, 2] - boxes[:, 0]), _FOOT_SD_HEIGHTS * (boxes[:, 3] - boxes[:, 1])
-    ], axis=-1)  # fmt: skip
+    sizes = boxes[:, 2:4] - boxes[:, :2]
+    sd = np.hypot((_FOOT_SD_WIDTHS, _FOOT_SD_HEIGHTS) * sizes, _WHOLE_PX_SD)
     place = _on_floor(camera.rays(feet), axes, mount.height_m)
     slopes = np.stack([
         (_on_floor(camera.rays(feet + step), axes, mount.height_m) - place) for step in np.eye(2)
     ], axis=-1)  # fmt: skip
     known = np.asarray(np.isfinite(place).all(axis=1) & np.isfinite(slopes).all(axis=(1, 2)), dtype=bool).reshape(-1)
     own = axes[:2].T @ (slopes * sd[:, None, :] ** 2 @ slopes.transpose(0, 2, 1)) @ axes[:2]
+    reach = (place**2).sum(axis=1) + mount.height_m**2
+    told = np.asarray(own.trace(axis1=1, axis2=2) <= _FAR_REL_SD**2 * reach, dtype=bool).reshape(-1)
+    size = np.array([camera.width, camera.height])
+    inside = np.asarray(((feet >= -size) & (feet <= 2 * size)).all(axis=1), dtype=bool).reshape(-1)
+    reasons = [
+        "the box lies outside the picture" if not i else "the box ends above the horizon" if not k
+        else None if t else "the box ends too near the horizon"
+        for i, k, t in zip(inside.tolist(), known.tolist(), told.tolist(), strict=True)
+    ]  # fmt: skip
+    known &= told & inside
     count = len(boxes)
     covariance = np.full((count, 3, count, 3), np.nan)
     placed = np.flatnonzero(known)
@@ -111,9 +127,15 @@ def standing(people: People, mount: Mount) -> Bodies:
     positions = place @ axes[:2] + (_TORSO_M - mount.height_m) * up
     positions[~known] = np.nan
     basis = tuple("box" if k else "" for k in known.tolist())
-    reasons = tuple(None if k else "the box ends above the horizon" for k in known.tolist())
     floor = Floor(mount.height_m, pitch, roll, mount.height_sd_m, float(mount.sd[0]), float(mount.sd[1]))
-    return Bodies(positions, covariance.reshape(3 * count, 3 * count), "box", basis, reasons, up=up, floor=floor)
+    return Bodies(positions, covariance.reshape(3 * count, 3 * count), "box", basis, tuple(reasons), up=up, floor=floor)
+
+
+def _number(cell: str) -> float:
+    value = float(cell)
+    if not abs(value) <= _LARGEST:
+        raise ValueError(cell)
+    return value
 
 
 def _on_floor(rays: FloatArray, axes: FloatArray, height_m: float) -> FloatArray:

@@ -21,6 +21,7 @@ import numpy as np
 
 from ..arrays import RGBArray
 from ..errors import ClipError, PhotoError, ProxemetryError
+from ..files import sha256_of
 from ..photo import EXTENSIONS, Photo
 
 #: File name endings that are taken for clips where a folder is named.
@@ -108,8 +109,7 @@ class VideoFile:
     def open(cls, path: Path, fps: float) -> VideoFile:
         """Read a file's header and hash; raises ClipError where there is no picture in it."""
         try:
-            with path.open("rb") as file:
-                digest = hashlib.file_digest(file, "sha256").hexdigest()
+            digest = sha256_of(path)
         except FileNotFoundError as error:
             raise ClipError(f"{path}: no such file or folder") from error
         except OSError as error:

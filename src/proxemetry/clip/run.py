@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -19,6 +19,7 @@ from ..archive.store.folder import RUN_FILE, Folder
 from ..archive.store.identity import Identity, require_same
 from ..arrays import FloatArray
 from ..errors import ClipError, OutputError, SettingsError
+from ..files import parse_json, read_json
 from ..version import __version__
 from .analysis import Analysis, Wanted, analyse
 from .density import Region
@@ -123,7 +124,13 @@ def read_run(folder: Folder) -> dict[str, Any]:
     content = folder.read(RUN_FILE)
     if content is None:
         raise OutputError(f"{folder.location}: no results there")
-    return json.loads(content)
+    try:
+        fields = parse_json(content.decode())
+    except ValueError as error:
+        raise OutputError(f"{folder.location}/{RUN_FILE}: damaged ({error}); measure anew with --restart") from error
+    if not isinstance(fields, dict):
+        raise OutputError(f"{folder.location}/{RUN_FILE}: damaged (no JSON object); measure anew with --restart")
+    return cast("dict[str, Any]", fields)
 
 
 def forget(folder: Folder) -> None:
@@ -134,24 +141,28 @@ def forget(folder: Folder) -> None:
         folder.remove(name)
 
 
+#: Corners of a region are nearer than this to the floor's origin, metres.
+LARGEST_M = 1e6
+
+
 def read_region(path: str | Path) -> Region:
     """Read a region: a JSON list of corners [[x, y], ...] in metres, or a GeoJSON polygon; raises SettingsError."""
     try:
-        fields = json.loads(Path(path).read_text(encoding="utf-8-sig"))
+        fields = read_json(path)
     except OSError as error:
         raise SettingsError(f"{path}: cannot be read ({error.strerror})") from error
     except ValueError as error:
         raise SettingsError(f"{path}: no JSON ({error})") from error
-    if isinstance(fields, dict):
-        shape = fields.get("geometry", fields)
-        fields = shape.get("corners_m") or (shape.get("coordinates") or [None])[0]
     corners: FloatArray | None = None
-    with suppress(TypeError, ValueError):
+    with suppress(AttributeError, IndexError, KeyError, OverflowError, TypeError, ValueError):
+        if isinstance(fields, dict):
+            shape = fields.get("geometry", fields)
+            fields = shape.get("corners_m") or shape["coordinates"][0]
         corners = np.array(fields, dtype=float)
-    if corners is None or corners.shape[1:] != (2,) or len(corners) < 3 or not np.isfinite(corners).all():
+    if corners is None or corners.shape[1:] != (2,) or len(corners) < 3 or not (abs(corners) <= LARGEST_M).all():
         raise SettingsError(f"{path}: a region is a list of three or more corners [x, y] in metres of the floor")
     region = Region(corners)
-    if region.area_m2 <= 0:
+    if not region.area_m2 > 0:
         raise SettingsError(f"{path}: the region has no area")
     return region
 

@@ -14,6 +14,7 @@ from pathlib import Path
 
 from .. import weights
 from ..errors import ModelError, SettingsError
+from ..files import read_json
 from ..weights.cache import writable_folder
 from .registry import BACKENDS, is_available
 
@@ -40,7 +41,7 @@ def recorded() -> str | None:
 
 def _read(path: Path) -> str:
     try:
-        name = json.loads(path.read_text(encoding="utf-8"))["pose"]
+        name = read_json(path)["pose"]
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise SettingsError(f"{path}: damaged; delete it and run `proxemetry models fetch`") from error
     if name not in BACKENDS:

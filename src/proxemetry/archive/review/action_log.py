@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from ...errors import OutputError
+from ...errors import OutputError, SettingsError
 from ...files import reason_of, require_file
 from ...scene import Scene
 from .actions import Action
@@ -91,10 +91,13 @@ class ActionLog:
         return database
 
     def keep(self, draft: Action) -> Action:
-        """Append a checked action and return it with its number; raises OutputError."""
+        """Append a checked action and return it with its number; raises OutputError, or SettingsError for no JSON."""
         if self._read_only:
             raise OutputError(f"{self.path}: cannot be written; copy its folder elsewhere to write there")
-        value = json.dumps(dict(draft.value), sort_keys=True, allow_nan=False)
+        try:
+            value = json.dumps(dict(draft.value), sort_keys=True, allow_nan=False)
+        except (TypeError, ValueError, RecursionError) as error:
+            raise SettingsError(f"{draft.action}: holds what no log can keep ({error})") from error
         row = (draft.time, draft.who, draft.photo, draft.sha256, draft.action, value)
         try:
             with self._lock:
