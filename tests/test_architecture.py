@@ -13,7 +13,7 @@ SOURCE = Path(proxemetry.__file__).parent
 
 #: A module imports only from those above it. Names in one row stand side by side.
 LAYERS = (
-    ("errors", "version", "arrays", "intervals", "telemetry"),
+    ("errors", "version", "arrays", "intervals", "telemetry", "text_tables"),
     ("assignment", "overlap", "files"),
     ("photo",),
     ("people",),
@@ -51,6 +51,7 @@ BENCHMARK_MAY_IMPORT = {
     "files",
     "arrays",
     "intervals",
+    "text_tables",
     "assignment",
     "scene",
     "distances",

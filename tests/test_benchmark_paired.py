@@ -85,10 +85,11 @@ def test_scores_of_two_protocols_or_of_other_photos_are_not_compared(folder: Pat
 def test_the_comparison_says_against_whom(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     hard = [5.0 * k for k in range(N)]
     scores = {"mine": answered(folder, hard, name="mine"), "old": answered(folder, [e + 3 for e in hard], name="old")}
-    lines = comparison(scores).splitlines()
+    lines = comparison(scores, 200).splitlines()
     assert lines[1].split()[-3:] == ["against", "mine", "%"]
     assert lines[2].split()[-1] == "-"
     assert lines[3].endswith("+3.0 [+3.0, +3.0]")
+    assert max(map(len, comparison(scores).splitlines())) <= 100
     assert "against" not in comparison({"mine": scores["mine"]})
     files = [f"{name}={folder / f'{name}.json'}" for name in scores]
     assert main(["score", *files, "--labels", str(folder)]) == 0

@@ -114,6 +114,27 @@ def test_every_table_in_every_form(perfect: dict[str, Score], name: str) -> None
 
 
 @needs_korte
+@pytest.mark.parametrize("width", [60, 80, 100])
+@pytest.mark.parametrize("protocol", ["v1", "seker2021"])
+def test_text_fits_the_terminal_and_a_method_without_an_answer_has_no_error(
+    perfect: dict[str, Score], protocol: str, width: int
+) -> None:
+    labels = read_labels(KORTE, errata=protocol == "v1")
+    nothing = score(labels, Predictions({}, "nothing"), protocol)
+    for name in TABLES:
+        table = make_table(name, {"perfect": perfect[protocol], "shoulder": nothing, "pupil": nothing})
+        lines = table.to_text(width).splitlines()
+        assert max(map(len, lines)) <= width
+        assert lines[-1] == "no answer (-): shoulder, pupil placed no pair of people"
+        assert all(math.isnan(row.cells["shoulder"].value) for row in table.rows)
+    both = {"perfect": perfect[protocol], "shoulder": nothing}
+    lines = comparison(both, width).splitlines()
+    assert max(map(len, lines)) <= width
+    row = next(line for line in lines if line.startswith("shoulder"))
+    assert row.split()[1:4] == ["0", "96", "-"]
+    assert "no answer" in to_text(nothing) and "mean over photos" not in to_text(nothing)
+
+
 def test_tables_refuse_what_they_cannot_show(perfect: dict[str, Score]) -> None:
     with pytest.raises(SettingsError, match="use one of all, outdoor"):
         make_table("some", {"m": perfect["v1"]})

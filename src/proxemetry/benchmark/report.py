@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
+import textwrap
 from collections.abc import Mapping
 
 from ..distances import ZONES
+from ..text_tables import WIDTH, Columns, in_blocks
 from .metrics import Summary
 from .paired import difference
 from .scores import Score
@@ -14,7 +16,15 @@ from .scores import Score
 def to_text(score: Score) -> str:
     """Return the whole score as tables, the caption first, the constant answer's figure beside every error."""
     overall = score.overall
-    lines = [score.caption, "", *_overall(score), "", *_groups(score), "", *_by_distance(overall)]
+    lines = [
+        *textwrap.wrap(score.caption, WIDTH),
+        "",
+        *_overall(score),
+        "",
+        *_groups(score),
+        "",
+        *_by_distance(overall),
+    ]
     lines += ["", *_zones(overall)]
     lines += ["", "F1 of 'nearer than': " + ", ".join(f"{t} m {_two_decimals(v)}" for t, v in overall.f1.items())]
     return "\n".join(lines) + "\n"
@@ -23,7 +33,8 @@ def to_text(score: Score) -> str:
 def _overall(score: Score) -> list[str]:
     o, averaged = score.overall, "photos" if score.protocol == "seker2021" else "people"
     rows = [
-        ("pair error, mean over photos", o.pair_error_pct_mean_over_images, "%", "pair_error_pct_mean_over_images"),
+        ("pair error, mean over photos", _answered(o, o.pair_error_pct_mean_over_images), "%",
+         "pair_error_pct_mean_over_images"),
         ("  answering 1.70 m for every pair", o.baseline_constant_pct, "%", ""),
         ("pair error, mean over pairs", o.pair_error_pct_mean_over_pairs, "%", "pair_error_pct_mean_over_pairs"),
         ("pair error, median over pairs", o.pair_error_pct_median_over_pairs, "%", "pair_error_pct_median_over_pairs"),
@@ -35,9 +46,9 @@ def _overall(score: Score) -> list[str]:
         ("pairs scored of those annotated", o.pair_recall * 100, "%", "pair_recall"),
         (f"coverage of 90 % intervals ({o.n_intervals} pairs)", o.coverage_90 * 100, "%", "coverage_90"),
         ("mean width of the intervals", o.interval_width_mm_mean / 1000, "m", ""),
-    ]
+    ]  # fmt: skip
     shares = ("detection_rate", "false_discovery_rate", "pair_recall", "coverage_90")
-    lines: list[str] = []
+    lines = [] if o.n_pairs else ["no answer: no pair of people was placed, so there is no error"]
     for name, value, unit, key in rows:
         if not math.isfinite(value):
             continue
@@ -54,11 +65,10 @@ def _groups(score: Score) -> list[str]:
     for group in score.groups:
         s = group.summary
         name = f"{group.name} mm" if group.by == "focal_mm" else group.name
-        lines.append(
-            f"{name:<22}{s.n_images:>7}{s.n_unscored:>9}{_two_decimals(s.pair_error_pct_mean_over_images):>9}"
-            f"{_two_decimals(s.baseline_constant_pct):>9}{_two_decimals(s.signed_bias_pct):>8}{_two_decimals(s.detection_rate):>7}"
-            f"{_two_decimals(s.false_discovery_rate):>7}"
-        )
+        error = _answered(s, s.pair_error_pct_mean_over_images)
+        shown = (error, 9), (s.baseline_constant_pct, 9), (s.signed_bias_pct, 8), (s.detection_rate, 7)
+        cells = "".join(_two_decimals(v).rjust(width) for v, width in (*shown, (s.false_discovery_rate, 7)))
+        lines.append(f"{name:<22}{s.n_images:>7}{s.n_unscored:>9}{cells}")
     return lines
 
 
@@ -82,11 +92,16 @@ def _zones(summary: Summary) -> list[str]:
     return lines
 
 
+def _answered(summary: Summary, value: float) -> float:
+    """Return a figure, NaN without a single pair: the published protocol counts that as an error of 0."""
+    return value if summary.n_pairs else math.nan
+
+
 def _two_decimals(value: float) -> str:
     return f"{value:.2f}" if math.isfinite(value) else "-"
 
 
-def comparison(scores: Mapping[str, Score]) -> str:
+def comparison(scores: Mapping[str, Score], width: int = WIDTH) -> str:
     """Return one line a method: the figures to choose by, under the protocol and the labels they were scored on."""
     (reference, first), *others = scores.items()
     heads = (
@@ -96,31 +111,25 @@ def comparison(scores: Mapping[str, Score]) -> str:
     rows: list[tuple[str, ...]] = [heads]
     for name, score in scores.items():
         o = score.overall
-        low, high = o.ci95.get("pair_error_pct_mean_over_images", (math.nan, math.nan))
+        low, high = (_answered(o, end) for end in o.ci95.get("pair_error_pct_mean_over_images", (math.nan, math.nan)))
         rows.append((
-            name, str(o.n_pairs), str(o.n_unscored), _two_decimals(o.pair_error_pct_mean_over_images),
+            name, str(o.n_pairs), str(o.n_unscored), _two_decimals(_answered(o, o.pair_error_pct_mean_over_images)),
             f"{low:.1f}-{high:.1f}" if math.isfinite(low) else "-", _two_decimals(o.pair_error_pct_median_over_pairs),
             _two_decimals(o.signed_bias_pct), _two_decimals(o.detection_rate), _two_decimals(o.false_discovery_rate),
             _two_decimals(o.coverage_90), _two_decimals(o.interval_width_mm_mean / 1000),
             *([_difference(score, first)] if others else []),
         ))  # fmt: skip
     baseline = ["-"] * len(heads)
-    baseline[:4] = [
-        "1.70 m for all",
-        str(first.overall.n_annotated_pairs),
-        "-",
-        _two_decimals(first.overall.baseline_constant_pct),
-    ]
+    pairs, error = str(first.overall.n_annotated_pairs), _two_decimals(first.overall.baseline_constant_pct)
+    baseline[:4] = ["1.70 m for all", pairs, "-", error]
     rows.append(tuple(baseline))
-    widths = [max(len(row[k]) for row in rows) for k in range(len(heads))]
-    lines = [
-        "  ".join([row[0].ljust(widths[0]), *(cell.rjust(w) for cell, w in zip(row[1:], widths[1:], strict=True))])
-        for row in rows
-    ]
+    columns = list(zip(*rows, strict=True))
+    names, *figures = [Columns("", (column[0],), tuple((cell,) for cell in column[1:])) for column in columns]
     caption = f"protocol {first.protocol}; labels {first.labels}; {first.overall.n_images} photos"
     explained = "error: mean over photos; median, bias: over pairs; cover: of the 90 % intervals"
     paired = f"; against {reference}: over the photos that both score" if others else ""
-    return "\n".join([caption, *lines, f"({explained}{paired})"]) + "\n"
+    note = textwrap.wrap(f"({explained}{paired}; -: no answer)", width)
+    return "\n".join([*textwrap.wrap(caption, width), *in_blocks(names, figures, width), *note]) + "\n"
 
 
 def _difference(score: Score, first: Score) -> str:

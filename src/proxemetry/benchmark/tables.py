@@ -10,11 +10,13 @@ import csv
 import functools
 import io
 import math
+import textwrap
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from importlib.resources import files
 
 from ..errors import SettingsError
+from ..text_tables import WIDTH, Columns, in_blocks
 from .labels import LabelImage
 from .metrics import F1_THRESHOLDS_M, Summary
 from .scores import Score
@@ -35,12 +37,16 @@ _NAN = float("nan")
 
 @dataclass(frozen=True)
 class Cell:
-    """One method in one row: value (error in per cent, or F1) and detection rate, ours and published, NaN if none."""
+    """One method in one row: value (error in per cent, or F1) and detection rate, ours and published, NaN if none.
+
+    answers_nothing: the method was scored, and placed no pair.
+    """
 
     value: float = _NAN
     rate: float = _NAN
     published_value: float = _NAN
     published_rate: float = _NAN
+    answers_nothing: bool = False
 
 
 @dataclass(frozen=True)
@@ -65,29 +71,37 @@ class Table:
 
     def columns(self) -> list[tuple[str, Callable[[Row], float], str]]:
         """Return (heading, value of a row, format) for every column that holds a number."""
-        with_rate = self.name != "f1"
-        digits = ".2f"
-        answer: list[tuple[str, Callable[[Row], float], str]] = []
-        for method in self.methods:
-            for heading, attribute in (("", ""), (" published", "published_")):
-                if with_rate:
-                    answer.append((f"{method}{heading} rate", _getter(method, f"{attribute}rate"), digits))
-                answer.append((f"{method}{heading} {self.quantity}", _getter(method, f"{attribute}value"), digits))
+        answer = [
+            (f"{method} {head}", _getter(method, name), ".2f")
+            for method in self.methods
+            for head, name in self._kinds()
+        ]
         return [c for c in answer if any(math.isfinite(c[1](row)) for row in self.rows)]
 
-    def to_text(self) -> str:
-        """Return the table for a terminal, the caption above it."""
-        header, *body = self._grid("-")
-        header, body = [_two_lines(cell) for cell in header], [[("", cell) for cell in row] for row in body]
-        lines = [header, *body]
-        widths = [max(len(part) for line in lines for part in line[k]) for k in range(len(header))]
+    def to_text(self, width: int = WIDTH) -> str:
+        """Return the table for a terminal, the caption above it and each method's columns under its name."""
+        keys = Columns("", (self.row_header, "photos"), tuple((row.name, str(row.n_images)) for row in self.rows))
+        groups = [self._group(method) for method in self.methods]
+        lines = in_blocks(keys, [group for group in groups if group.heads], width)
+        missing = [m for m in self.methods if all(row.cells[m].answers_nothing for row in self.rows)]
+        notes = [f"no answer (-): {', '.join(missing)} placed no pair of people"] if missing else []
+        caption = textwrap.wrap(f"{TABLES[self.name]}; {self.caption}", width)
+        return "\n".join([*caption, *lines, *notes]) + "\n"
 
-        def joined(cells: list[tuple[str, str]], part: int) -> str:
-            first = cells[0][part].ljust(widths[0])
-            return "  ".join([first, *(c[part].rjust(w) for c, w in zip(cells[1:], widths[1:], strict=True))]).rstrip()
+    def _group(self, method: str) -> Columns:
+        """Return a method's columns for a terminal: those with a number, and what it was asked where it has none."""
+        cells = [row.cells[method] for row in self.rows]
+        found = [(head, name) for head, name in self._kinds() if any(math.isfinite(getattr(c, name)) for c in cells)]
+        if any(cell.answers_nothing for cell in cells) and "value" not in {name for _, name in found}:
+            found.insert(1 if self.name != "f1" else 0, (self.quantity, "value"))
+        rows = tuple(tuple(_cell(getattr(cell, name)) for _, name in found) for cell in cells)
+        return Columns(method, tuple(head for head, _ in found), rows)
 
-        rows = [joined(header, 0), joined(header, 1), *(joined(row, 1) for row in body)]
-        return "\n".join([f"{TABLES[self.name]}; {self.caption}", *rows]) + "\n"
+    def _kinds(self) -> list[tuple[str, str]]:
+        """Return heading and attribute of what a cell may hold, in order."""
+        kinds = [(self.quantity, "value"), (f"published {self.quantity}", "published_value")]
+        rates = [("rate", "rate"), ("published rate", "published_rate")]
+        return kinds if self.name == "f1" else [pair for both in zip(rates, kinds, strict=True) for pair in both]
 
     def to_csv(self) -> str:
         """Return the table with a header; empty where there is no number."""
@@ -119,9 +133,8 @@ def _getter(method: str, attribute: str) -> Callable[[Row], float]:
     return lambda row: getattr(row.cells[method], attribute)
 
 
-def _two_lines(heading: str) -> tuple[str, str]:
-    first, _, last = heading.rpartition(" ")
-    return first, last
+def _cell(value: float) -> str:
+    return f"{value:.2f}" if math.isfinite(value) else "-"
 
 
 def _latex(text: str) -> str:
@@ -178,13 +191,15 @@ def _row(table: str, row: str, scores: Mapping[str, Score], keep: Callable[[Labe
     for method in (*scores, _REFERENCE):
         summary = scores[method].select(keep) if method in scores else None
         rate, error = published.get((table, row, method), (_NAN, _NAN))
-        cells[method] = Cell(_error(summary), summary.detection_rate if summary else _NAN, error, rate)
+        rated = summary.detection_rate if summary else _NAN
+        cells[method] = Cell(_error(summary), rated, error, rate, summary is not None and not summary.n_pairs)
     first = next(iter(scores.values()))
     return Row(row, sum(keep(image.label) for image in first.images), cells)
 
 
 def _error(summary: Summary | None) -> float:
-    return summary.pair_error_pct_mean_over_images if summary else _NAN
+    """Return the error to print: none without a single pair, which the published protocol counts as 0."""
+    return summary.pair_error_pct_mean_over_images if summary and summary.n_pairs else _NAN
 
 
 def _f1_rows(scores: Mapping[str, Score]) -> list[Row]:
@@ -195,6 +210,7 @@ def _f1_rows(scores: Mapping[str, Score]) -> list[Row]:
             method: Cell(
                 value=scores[method].overall.f1[key] if method in scores else _NAN,
                 published_value=published.get((key, method), _NAN),
+                answers_nothing=method in scores and not scores[method].overall.n_pairs,
             )
             for method in (*scores, _REFERENCE)
         }

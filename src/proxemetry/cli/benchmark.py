@@ -13,6 +13,7 @@ from ..errors import OutputError, SettingsError
 from ..evaluate import predict_labels, predict_photos
 from ..locate import BODY_SIZES, METHODS, LocateSettings
 from ..settings import DEFAULT_METHOD, Settings
+from ..text_tables import terminal_width
 from . import DONE
 from .score import check_output, show
 
@@ -88,7 +89,7 @@ def run(args: argparse.Namespace) -> int:
         annotated = args.keypoints == "labels"  # these depend on the protocol, by its labels
         _keep(Path(args.out), answers, scores, f"_{args.protocol}" if annotated else "", args.protocol)
     if len(scores) > 1 and not args.table:
-        print(comparison(scores), end="")
+        print(comparison(scores, terminal_width()), end="")
     else:
         show(scores, args)
     return DONE

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import argparse
 import sys
+import textwrap
 
 from .. import weights
 from ..errors import ModelError
 from ..pose import BACKENDS
 from ..pose.default_eyes import choose
+from ..text_tables import Columns, in_blocks, terminal_width
 from ..weights import Model
 from . import DONE, SOME_FAILED
 
@@ -49,23 +51,29 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _list(args: argparse.Namespace) -> int:
-    rows = [("name", "here", "MB", "commercial use", "licence", "origin", "sha256", "training data")]
-    rows += [_row(model) for model in weights.MODELS.values()]
-    widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]) - 1)]
-    for row in rows:
-        _say("  ".join(text.ljust(width) for text, width in zip(row, [*widths, 0], strict=True)))
+    models = list(weights.MODELS.values())
+    names = Columns("", ("name",), tuple((model.name,) for model in models))
+    facts = Columns("", ("here", "MB", "commercial", "sha256"), tuple(map(_facts, models)))
+    width = terminal_width()
+    head, *lines = in_blocks(names, [facts], width)
+    _say(head)
+    for model, line in zip(models, lines, strict=True):
+        _say(line)
+        trained = f"; trained on {model.training_data}" if model.training_data else ""
+        text = f"{model.licence}; {model.origin}{trained}"
+        for part in textwrap.wrap(text, width, initial_indent="    ", subsequent_indent="    "):
+            _say(part)
+    _say("commercial: whether the licence allows commercial use; sha256 (its beginning): of the file")
     return DONE
 
 
-def _row(model: Model) -> tuple[str, ...]:
+def _facts(model: Model) -> tuple[str, ...]:
     try:
         here = "yes" if weights.is_here(model.name) else "no"
     except ModelError:
         here = "NOT A FILE"
     size = f"{model.size_bytes / 1e6:.1f}" if model.size_bytes else "?"
-    hash_text = model.sha256[:12] if model.hash_is_complete else f"{model.sha256} (published prefix)"
-    commercial = "yes" if model.commercial_use else "NO"
-    return (model.name, here, size, commercial, model.licence, model.origin, hash_text, model.training_data)
+    return (here, size, "yes" if model.commercial_use else "NO", model.sha256[:12])
 
 
 def _fetch(args: argparse.Namespace) -> int:

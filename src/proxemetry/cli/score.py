@@ -12,6 +12,7 @@ from ..benchmark.report import comparison, to_text
 from ..benchmark.tables import TABLES, make_table
 from ..benchmark.validate_labels import check_labels
 from ..errors import OutputError, SettingsError
+from ..text_tables import terminal_width
 from . import DONE, SOME_FAILED
 
 _EXAMPLES = """examples:
@@ -92,14 +93,15 @@ def show(scores: dict[str, Score], args: argparse.Namespace) -> None:
             print(f"proxemetry: {name}: {doubt}", file=sys.stderr)
     if args.table:
         table = make_table(args.table, scores)
-        print({"text": table.to_text, "csv": table.to_csv, "latex": table.to_latex}[args.format](), end="")
+        text = {"csv": table.to_csv, "latex": table.to_latex}.get(args.format, lambda: table.to_text(terminal_width()))
+        print(text(), end="")
         if args.plot:
             _write_figure(args.plot, plot_table(table))
     else:
         for name, score in scores.items():
             print((f"{name}: " if len(scores) > 1 else "") + to_text(score))
         if len(scores) > 1:
-            print(comparison(scores), end="")
+            print(comparison(scores, terminal_width()), end="")
     score = next(iter(scores.values()))
     if args.json:
         _write(args.json, score.to_json())

@@ -12,12 +12,14 @@ from typing import IO, Any
 
 from ..archive.figures.focal_bases import in_words
 from ..archive.figures.grouping import GROUPINGS, UNKNOWN
-from ..archive.figures.summary import Summary, summarise
+from ..archive.figures.summary import Share, Summary, summarise
 from ..archive.store.folder import Folder
 from ..archive.store.results import Results
 from ..camera import FocalBasis
 from ..distances import ZONES
 from ..files import cell_of
+from ..plots.pair_selection import metres_text
+from ..text_tables import Columns, in_blocks, terminal_width
 from . import DONE
 
 _EXAMPLES = f"""examples:
@@ -86,35 +88,37 @@ def _cell(value: Any) -> Any:
 
 
 def _print(summary: Summary) -> None:
-    header = [*summary.by, "photos", "people", "nearest m", "pairs", *ZONES, "all pairs m"]
-    lines = [
-        [
-            *(UNKNOWN if k is None else k for k in group.key),
-            str(group.n_photos), str(group.n_people), _bracketed(group.nearest_m, "{:.2f}"), str(group.n_pairs),
-            *(_bracketed(zone, "{:.0%}") for zone in group.zones), _bracketed(group.pairs_m, "{:.2f}"),
-        ]
-        for group in summary.groups
-    ]  # fmt: skip
-    widths = [max(map(len, column)) for column in zip(header, *lines, strict=True)]
-    n_keys = len(summary.by)
-    for line in [header, *lines]:
-        cells = [
-            text.ljust(width) if column < n_keys else text.rjust(width)
-            for column, (text, width) in enumerate(zip(line, widths, strict=True))
-        ]
-        print("  ".join(cells).rstrip())
-    print("nearest m: median distance to the nearest other person; zones: shares of all pairs, by their probabilities;")
-    print("all pairs m: median distance of all pairs, which in crowds is mostly the size of the crowd")
+    keys = Columns(
+        "", (*summary.by, "photos"),
+        tuple((*(UNKNOWN if k is None else k for k in group.key), str(group.n_photos)) for group in summary.groups),
+    )  # fmt: skip
+    nearest = tuple((str(g.n_people), _metres(g.nearest_m)) for g in summary.groups)
+    pairs = tuple((str(g.n_pairs), *map(_percent, g.zones), _metres(g.pairs_m)) for g in summary.groups)
+    groups = [
+        Columns("nearest other person", ("people", "median m"), nearest),
+        Columns("all pairs", ("pairs", *ZONES, "median m"), pairs),
+    ]
+    print("\n".join(in_blocks(keys, groups, terminal_width())))
+    for note in (
+        "nearest other person: quote its median; that of all pairs is mostly the size of a crowd",
+        "zones: shares of all pairs, each counted by its probabilities",
+    ):
+        print(note)
     bases = {basis: sum(group.bases[basis] for group in summary.groups) for basis in FocalBasis}
     if any(bases.values()):
-        print(f"focal lengths of the measured photos: {in_words(bases)}; by group in --csv")
+        text = f"focal lengths of the measured photos: {in_words(bases)}; by group in --csv"
+        print(textwrap.fill(text, terminal_width(), subsequent_indent="  "))
     if any(not math.isnan(group.pairs_m.low) for group in summary.groups):
-        print("[ ]: 90 % intervals of where a figure may lie if the photos are a sample; none where they are too few")
+        print("[ ]: 90 % intervals if the photos are a sample; none where they are too few")
 
 
-def _bracketed(share: Any, form: str) -> str:
+def _metres(share: Share) -> str:
+    return metres_text(share.value, share.low, share.high).replace(" m", "") if math.isfinite(share.value) else "-"
+
+
+def _percent(share: Share) -> str:
     if math.isnan(share.value):
         return "-"
     if math.isnan(share.low):
-        return form.format(share.value)
-    return f"{form.format(share.value)} [{form.format(share.low)}, {form.format(share.high)}]"
+        return f"{share.value:.0%}"
+    return f"{share.value:.0%} [{100 * share.low:.0f}, {100 * share.high:.0f}]"

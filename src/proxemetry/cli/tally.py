@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import math
+
 from ..archive.figures.focal_bases import in_words
 from ..archive.figures.totals import PhotoLine, Totals, failures, photo_lines, totals
 from ..archive.store.folder import Folder
 from ..archive.store.results import Results
 from ..camera.published import quantile_mm
 from ..distances import is_vague
+from ..plots.pair_selection import VAGUE_MARK, metres_text
 from .camera_options import WHAT_TO_STATE
 
 _PHOTO_LINES, _FAILED_LINES = 40, 5
@@ -54,8 +57,9 @@ def _is_vague(line: PhotoLine) -> bool:
 
 def _nearest(line: PhotoLine) -> str:
     if line.nearest_m is not None:
-        interval = f"[{line.low_m:.2f}, {line.high_m:.2f}]"
-        return f"{line.person_a}-{line.person_b}: {line.nearest_m:.2f} m {interval}{' ?' if _is_vague(line) else ''}"
+        ends = [math.nan if end is None else end for end in (line.low_m, line.high_m)]
+        vague = f" {VAGUE_MARK}" if _is_vague(line) else ""
+        return f"{line.person_a}-{line.person_b}: {metres_text(line.nearest_m, *ends)}{vague}"
     if line.status == "ok":
         return line.reason or ("nobody could be placed" if (line.n_people or 0) > 1 else "one person")
     return "no focal length" if line.status == "no_camera" else f"{line.status}: {line.reason}"
@@ -91,13 +95,14 @@ def _print_totals(counts: Totals) -> None:
     if counts.nearest_m is None:
         print(f"people   {counts.people}")
     else:
-        nearest = f"median distance to the nearest other person {counts.nearest_m:.2f} m"
+        nearest = f"median distance to the nearest other person {metres_text(counts.nearest_m)}"
         print(f"people   {counts.people}: {nearest} ({counts.with_nearest} people)")
     if not counts.pairs:
         print("pairs    0")
         return
     zones = ", ".join(f"{zone} {share:.0%}" for zone, share in counts.zone_shares.items())
-    print(f"pairs    {counts.pairs}: {zones} (by their probabilities); median of all pairs {counts.median_m:.2f} m")
+    print(f"pairs    {counts.pairs}: {zones} (by their probabilities)")
+    print(f"         median of all pairs {metres_text(counts.median_m or math.nan)}, mostly the size of the crowds")
     if counts.uncertain:
         print(f"         {counts.uncertain} of uncertain zone: read their intervals and probabilities")
     if counts.safe_distance_m is not None:
