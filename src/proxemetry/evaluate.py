@@ -8,7 +8,7 @@ shoulders and of eyes are not annotated, so what needs them places nobody.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -18,6 +18,7 @@ import numpy as np
 from .benchmark import LabelImage, Labels, Prediction, Predictions
 from .benchmark.scenes import prediction_of
 from .camera import Camera, CameraEstimate, FocalSource, Source
+from .camera.focal import FocalRequest
 from .measure import place, remeasure
 from .people import People
 from .people.skeleton import KORTE_PARTS, PARTS
@@ -26,9 +27,6 @@ from .settings import Settings
 
 if TYPE_CHECKING:
     from .archive.run.schedule import Note, Progress
-
-#: Both cameras of KORTE have this sensor (Seker et al. 2021, section 3.2); synthetic photos are made with it.
-SENSOR_WIDTH_MM = 36.0
 
 
 def people_of_labels(image: LabelImage) -> People:
@@ -43,7 +41,7 @@ def camera_of_labels(image: LabelImage) -> CameraEstimate:
     """Return the camera of a photo from the focal length beside its labels."""
     if not math.isfinite(image.focal_mm):
         return CameraEstimate(None, reason="no focal length beside the labels: add focal_lengths.csv to their folder")
-    f_px = image.focal_mm * image.width / SENSOR_WIDTH_MM
+    f_px = image.focal_mm * max(image.width, image.height) / max(image.sensor_mm)
     return CameraEstimate(Camera.centred(f_px, image.width, image.height, source=Source(FocalSource.LABELS)))
 
 
@@ -63,17 +61,20 @@ def predict_labels(labels: Labels, settings: Settings) -> tuple[Prediction, ...]
 
 
 def predict_photos(
-    images: str | Path | None,
+    images: str | Path | Sequence[str] | None,
     out: str | Path,
     settings: Mapping[str, Settings],
     *,
     pose: str = "auto",
+    focal: FocalRequest | None = None,
     jobs: int | None = None,
+    restart: bool = False,
     on_progress: Callable[[Progress | Note], None] = lambda _: None,
 ) -> dict[str, Predictions]:
-    """Find the people of a folder of photos, and return the answers of each named method.
+    """Find the people of a folder of photos, or of several files, and return the answers of each named method.
 
-    images: None where `pose` is recorded keypoints, which need no photos.
+    images: None where `pose` is recorded keypoints, which need no photos. focal: what is stated of the cameras, as in a
+    camera table, before what the files record. restart: measure anew what `out` has.
     The results folder `out` keeps a run with default settings, whatever the methods: a run that was stopped goes on,
     people are looked for once, and each method places the same people. Corrections by hand do not count. on_progress is
     called with every step of the run. Raises what `archive.run` raises.
@@ -82,12 +83,14 @@ def predict_photos(
     from .archive.run.work import Job
     from .archive.store.results import Results
 
-    run([str(images)] if images else [], Job(str(out), pose), jobs=jobs, on_progress=on_progress)
+    paths = [] if images is None else [str(images)] if isinstance(images, str | Path) else list(images)
+    job = Job(str(out), pose, settings=Settings(focal=focal or FocalRequest()))
+    run(paths, job, jobs=jobs, restart=restart, on_progress=on_progress)
     scenes = list(Results.open(str(out)).scenes(corrected=False))
     return {
         method: Predictions(
             tuple(prediction_of(scene if scene.status == "failed" else remeasure(scene, chosen)) for scene in scenes),
-            f"{method} on {images or pose}",
+            f"{method} on {images if isinstance(images, str | Path) else pose}",
         )
         for method, chosen in settings.items()
     }

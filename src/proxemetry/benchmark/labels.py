@@ -4,7 +4,8 @@
 `ground_truth_locations.csv` shoot,tag,x,y,z (millimetres; tags P* are people, C* cameras; y is up, 0 on the ground)
 and `camera_locations_photoshoot_identifiers.csv` shoot,camera,filename (Seker et al. 2021, section 3.2). Two more may
 lie beside them: `settings.csv` (shoot,setting with a header) names the shoots, and `focal_lengths_recovered.csv` or
-`focal_lengths.csv` (a header with filename and focal_length_mm) gives each photo's lens.
+`focal_lengths.csv` (a header with filename and focal_length_mm) gives each photo's lens; sensor_width_mm and
+sensor_height_mm there are those of another sensor than KORTE's.
 """
 
 from __future__ import annotations
@@ -29,6 +30,8 @@ PHOTOS_FILE = "camera_locations_photoshoot_identifiers.csv"
 SETTINGS_FILE = "settings.csv"
 FOCAL_FILES = ("focal_lengths.csv", "focal_lengths_recovered.csv")
 
+#: Both cameras of KORTE have this sensor (Seker et al. 2021, section 3.2); synthetic photos are made with it.
+KORTE_SENSOR_MM = (36.0, 24.0)
 #: The paper's names for KORTE's two shoots.
 KORTE_SETTINGS = {"0": "outdoor", "1": "indoor"}
 
@@ -65,6 +68,7 @@ class LabelImage:
     parts_px: FloatArray
     positions_mm: FloatArray
     places_mm: dict[str, tuple[float, float, float]]
+    sensor_mm: tuple[float, float] = KORTE_SENSOR_MM
 
     def __len__(self) -> int:
         return len(self.tags)
@@ -138,10 +142,13 @@ def read_labels(folder: str | Path, errata: bool = True) -> Labels:
         corrected = _corrected(points, [e for e in applied if e.filename == filename])
         setting = names.get(shoot, f"shoot {shoot}")
         people = _People(shoot, corrected, truth.get(shoot, {}))
-        images.append(
-            _image(filename, sizes[filename], camera, setting, focal.get(filename, float("nan")), people, folder)
-        )
+        lens = focal.get(filename, (math.nan, KORTE_SENSOR_MM))
+        images.append(_image(filename, sizes[filename], camera, setting, lens, people, folder))
     return Labels(tuple(images), str(folder), applied)
+
+
+#: A focal length and the sensor that it goes with, millimetres.
+_Lens = tuple[float, tuple[float, float]]
 
 
 @dataclass(frozen=True)
@@ -154,7 +161,7 @@ class _People:
 
 
 def _image(
-    filename: str, size: tuple[int, int], camera: str, setting: str, focal_mm: float, people: _People, folder: Path
+    filename: str, size: tuple[int, int], camera: str, setting: str, lens: _Lens, people: _People, folder: Path
 ) -> LabelImage:
     shoot, marks, places = people.shoot, people.marks, people.places_mm
     tags = tuple(dict.fromkeys(mark.tag for mark in marks))
@@ -172,7 +179,10 @@ def _image(
     for mark in reversed(marks):  # of a point annotated twice the first stays
         parts[tags.index(mark.tag), PARTS.index(mark.part)] = mark.x, mark.y
     positions = np.array([places[tag] for tag in tags], dtype=float).reshape(-1, 3)
-    return LabelImage(filename, *size, shoot, camera, setting, focal_mm, marks, tags, parts, positions, places)
+    focal_mm, sensor_mm = lens
+    return LabelImage(
+        filename, *size, shoot, camera, setting, focal_mm, marks, tags, parts, positions, places, sensor_mm
+    )
 
 
 def _applicable(errata: tuple[Erratum, ...], marks: dict[str, list[Mark]]) -> tuple[Erratum, ...]:
@@ -240,16 +250,25 @@ def _settings(folder: Path, korte: bool) -> dict[str, str]:
     return {row["shoot"]: row["setting"] for row in _table(path, ("shoot", "setting"))}
 
 
-def _focal_lengths(folder: Path) -> dict[str, float]:
+def _focal_lengths(folder: Path) -> dict[str, _Lens]:
     for path in (folder / name for name in FOCAL_FILES):
         if path.exists():
-            rows = _table(path, ("filename", "focal_length_mm"))
-            lengths = {row["filename"]: _finite_number(row["focal_length_mm"], str(path)) for row in rows}
-            for filename, length in lengths.items():
-                if not length > 0:
-                    raise LabelsError(f"{path}: the focal length of {filename} is {length:g} mm: it must be positive")
-            return lengths
+            return {row["filename"]: _lens(row, path) for row in _table(path, ("filename", "focal_length_mm"))}
     return {}
+
+
+def _lens(row: dict[str, str], path: Path) -> _Lens:
+    """Return the lens of a row; a sensor counts where both of its sides are there."""
+    focal_mm = _finite_number(row["focal_length_mm"], str(path))
+    if not focal_mm > 0:
+        raise LabelsError(f"{path}: the focal length of {row['filename']} is {focal_mm:g} mm: it must be positive")
+    sides = [row.get(name) or "" for name in ("sensor_width_mm", "sensor_height_mm")]
+    if not all(sides):
+        return focal_mm, KORTE_SENSOR_MM
+    width, height = (_finite_number(side, str(path)) for side in sides)
+    if not min(width, height) > 0:
+        raise LabelsError(f"{path}: the sensor of {row['filename']} is {width:g} x {height:g} mm: it must be positive")
+    return focal_mm, (width, height)
 
 
 def _table(path: Path, columns: tuple[str, ...]) -> list[dict[str, str]]:

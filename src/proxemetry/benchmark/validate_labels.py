@@ -256,3 +256,6 @@ def _check_header(path: Path, columns: tuple[str, ...]) -> Iterator[Fault]:
             yield Fault(path.name, line, f"{','.join(columns)} are expected")
         elif columns[1] == "focal_length_mm" and not 0 < _number_or_nan(value) < math.inf:
             yield Fault(path.name, line, f"focal_length_mm is {value[:40]!r}; millimetres are expected")
+        for side in ("sensor_width_mm", "sensor_height_mm"):
+            if (value := row.get(side)) and not 0 < _number_or_nan(value) < math.inf:
+                yield Fault(path.name, line, f"{side} is {value[:40]!r}; millimetres are expected, or nothing")
