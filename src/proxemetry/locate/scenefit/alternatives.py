@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...arrays import FloatArray
-from .evidence import Evidence
 from .projection import N_LOCAL, N_SHARED
 from .solver import Fit, HypothesisBatch, clip_step, evaluate_rows, schur_complement, solve_batch
 
@@ -31,25 +30,6 @@ class Explanations:
     hessian: FloatArray
     precision: FloatArray
     cost: FloatArray
-
-
-@dataclass(frozen=True, eq=False)
-class Explained:
-    """Everybody usable explained: what `posterior` turns into places.
-
-    usable: shape (P,), their rows among the people. rows: all that was tried, with their explanations and log weight,
-    shape (R,). first: shape (P,), the best row of each, whose joint fit is `fit`. on_floor: shape (P,).
-    """
-
-    usable: NDArray[np.intp]
-    evidence: Evidence
-    rows: HypothesisBatch
-    explanations: Explanations
-    weight: FloatArray
-    first: NDArray[np.intp]
-    fit: Fit
-    on_floor: NDArray[np.bool_]
-    mount_misfit: float
 
 
 @dataclass(frozen=True, eq=False)

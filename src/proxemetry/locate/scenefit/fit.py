@@ -17,10 +17,11 @@ from ...bodies import MOST_MISFIT, Bodies
 from ...camera import Camera, Mount
 from ...people import People
 from .. import LocateSettings
-from .alternatives import Explained, Explanations, at_fit, interleaved, leave_one_out, refine
+from .alternatives import Explanations, at_fit, interleaved, leave_one_out, refine
 from .body_model import BodyModel, body_model
 from .contradiction import misfit
 from .evidence import Evidence, evidence_of
+from .explained import Explained
 from .hypotheses import (
     Hypotheses,
     batch_of,
@@ -31,6 +32,7 @@ from .hypotheses import (
     scaled_to_group,
     with_stature,
 )
+from .mirror import mirrored
 from .posterior import placed_people
 from .projection import DEPTH, FOCAL, HEIGHT, LOG_LENGTHS, N_SHARED, PITCH, PRINCIPAL, ROLL
 from .solver import Fit, HypothesisBatch, Place, SharedPrior, gauss_newton_step, solve
@@ -163,7 +165,8 @@ def _fit(
         hypotheses = replace(hypotheses, local=explanations.local)
     else:
         explanations, weight = _weigh(rows, first, hypotheses, fit)
-    return Explained(usable, evidence, rows, explanations, weight, first, fit, on_floor, off)
+    other_side = mirrored(rows.taken(first), fit)
+    return Explained(usable, evidence, rows, explanations, weight, first, fit, other_side, on_floor, off)
 
 
 def _weigh(

@@ -10,9 +10,11 @@ from numpy.typing import NDArray
 
 from ...arrays import FloatArray
 from ...bodies import MOST_DEPTH_MISFIT, Bodies, Floor, Mode
-from .alternatives import Explained, Explanations
+from .alternatives import Explanations
 from .body_model import BodyModel
 from .contradiction import depth_misfit
+from .explained import Explained
+from .mirror import Mirrored
 from .projection import (
     DEPTH,
     HEADING,
@@ -114,7 +116,7 @@ def placed_people(explained: Explained, model: BodyModel) -> Placed:
     shift = _merged_spread(rows, explanations, weights, first, choices)
     blocks = np.arange(3 * len(first)).reshape(-1, 3)
     covariance[blocks[:, :, None], blocks[:, None, :]] += shift
-    heading, heading_sd = _headings(rows, explanations, weights, local_sd, fit, len(first))
+    heading, heading_sd = _headings(rows, explanations, weights, local_sd, fit, explained.mirrored)
     stature = np.exp(fit.local[:, _STATURE])
     elsewhere = shift[:, 2, 2] * np.exp(-2 * fit.local[:, DEPTH])
     misfit = depth_misfit(rows.taken(first), fit, elsewhere)
@@ -234,13 +236,25 @@ def _by_shared(hessian: FloatArray) -> FloatArray:
 
 
 def _headings(
-    rows: HypothesisBatch, explanations: Explanations, weights: FloatArray, local_sd: FloatArray, fit: Fit, count: int
-) -> tuple[FloatArray, FloatArray]:
-    """Return the heading of the best explanation, and the spread of all about it, radians (P,)."""
-    heading = np.angle(np.exp(1j * fit.local[:, HEADING]))
-    apart = np.angle(np.exp(1j * (explanations.local[:, HEADING] - heading[rows.person])))
-    variance = local_sd[:, HEADING] ** 2 + _TWIST_SD**2 + np.bincount(rows.person, weights * apart**2, minlength=count)
-    return heading, np.minimum(np.sqrt(variance), np.pi / np.sqrt(3))  # no wider than knowing nothing
+    rows: HypothesisBatch, explanations: Explanations, weights: FloatArray, local_sd: FloatArray, fit: Fit,
+    mirrored: Mirrored,
+) -> tuple[FloatArray, FloatArray]:  # fmt: skip
+    """Return the heading of the best explanation, and the spread of all about it, radians (P,).
+
+    Every explanation may be mirrored about the line of sight as the best one may.
+    """
+    share, found = mirrored.share, fit.local[:, HEADING]
+    turned = mirrored.local[:, HEADING] - found
+    heading = np.where(share > 0.5, found + turned, found)
+    off = explanations.local[:, HEADING] - heading[rows.person]
+    squared, other_squared = _wrapped(off) ** 2, _wrapped(off + turned[rows.person]) ** 2
+    spread = weights * (squared + share[rows.person] * (other_squared - squared))
+    variance = local_sd[:, HEADING] ** 2 + _TWIST_SD**2 + np.bincount(rows.person, spread, minlength=len(share))
+    return _wrapped(heading), np.minimum(np.sqrt(variance), np.pi / np.sqrt(3))  # no wider than knowing nothing
+
+
+def _wrapped(angle: FloatArray) -> FloatArray:
+    return np.angle(np.exp(1j * angle))
 
 
 def _floor(fit: Fit, covariance: FloatArray) -> Floor | None:

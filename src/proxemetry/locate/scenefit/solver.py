@@ -66,6 +66,12 @@ class HypothesisBatch:
             self.floor_precision[index], self.log_depth[index], self.depth_precision[index],
         )  # fmt: skip
 
+    def with_heading_near(self, heading: FloatArray) -> HypothesisBatch:
+        """Return the rows with each prior heading moved by whole turns to where it is nearest to a heading (R,)."""
+        mean = self.prior_mean.copy()
+        mean[:, HEADING] = heading + np.angle(np.exp(1j * (mean[:, HEADING] - heading)))
+        return replace(self, prior_mean=mean)
+
     def with_precision(self, precision: FloatArray) -> HypothesisBatch:
         """Return the rows with other keypoint noise (R, K)."""
         return replace(self, precision=precision)
