@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import math
 import textwrap
 
@@ -30,6 +31,17 @@ _KEY_ROW_IN = 0.21
 
 #: What text in a photo is drawn at, at most: a decoder may then skip most of a 24-megapixel file.
 _LONG_SIDE_PX = 1800
+#: Of a figure in a notebook, whose page is about a thousand pixels wide.
+_SHOWN_DPI = 72
+
+
+class ShownFigure(Figure):
+    """A figure that a notebook shows by itself: pyplot, which teaches notebooks to, is never loaded."""
+
+    def _repr_png_(self) -> bytes:
+        buffer = io.BytesIO()
+        self.savefig(buffer, format="png", dpi=_SHOWN_DPI)
+        return buffer.getvalue()
 
 
 def overlay_figure(scene: Scene, photo: Photo | None, faces: str, all_pairs: bool) -> Figure:
@@ -82,7 +94,7 @@ def _sheet(
     columns = -(-len(handles) // max(1, key_rows))
     below = _MARGIN_IN + _FOOT_IN + _LINE_IN * len(lines) + _KEY_ROW_IN * key_rows
     total_width, total_height = width + 2 * _MARGIN_IN, height + _HEAD_IN + below + _MARGIN_IN / 2
-    figure = Figure(figsize=(total_width, total_height), facecolor="white")
+    figure = ShownFigure(figsize=(total_width, total_height), facecolor="white")
     FigureCanvasAgg(figure)
     left = _MARGIN_IN / total_width
     title = _ending(scene.photo, int(per_line * 0.6))
