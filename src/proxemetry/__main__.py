@@ -1,7 +1,19 @@
-"""`python -m proxemetry`."""
+"""`proxemetry` and `python -m proxemetry`."""
 
 import sys
 
-from .cli import main
+#: What a shell returns for a command that Ctrl-C ended.
+INTERRUPTED = 130
 
-sys.exit(main())
+
+def main() -> int:
+    """Run the command line; Ctrl-C while it is still loading ends without a traceback, too."""
+    try:
+        from .cli import main
+    except KeyboardInterrupt:
+        return INTERRUPTED
+    return main()
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -7,7 +7,6 @@ at all. One process decodes; it holds no more frames than the workers can use, h
 from __future__ import annotations
 
 import json
-import multiprocessing
 import os
 import traceback
 from collections.abc import Callable, Iterator, Mapping
@@ -16,6 +15,7 @@ from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass, field, replace
 from typing import Any
 
+from ..archive.run.interrupts import WorkerProcesses
 from ..archive.run.schedule import Note, Progress
 from ..archive.store import parts
 from ..archive.store.folder import Folder
@@ -199,8 +199,7 @@ def _records(frames: Iterator[Frame], job: Job, jobs: int, notes: list[str]) -> 
 
 
 def _pool(job: Job, jobs: int) -> ProcessPoolExecutor:
-    context = multiprocessing.get_context("spawn")
-    return ProcessPoolExecutor(jobs, mp_context=context, initializer=_begin, initargs=(job,))
+    return WorkerProcesses(jobs, _begin, job)
 
 
 _worker: Worker | None = None

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
-from multiprocessing import get_context
 
 import numpy as np
 
+from ..archive.run.interrupts import WorkerProcesses
 from ..archive.store import parts
 from ..archive.store.folder import Folder
 from ..bodies import Bodies
@@ -58,7 +57,7 @@ def everybody_placed(
     tasks = list(_tasks(folder, measured, cameras, replace(settings, mount=None), statures))
     if jobs == 0 or len(tasks) < _FEWEST_PARTS:
         return [p for task in tasks for p in _place_part(task)]
-    with ProcessPoolExecutor(jobs, mp_context=get_context("spawn"), initializer=end_with_parent) as pool:
+    with WorkerProcesses(jobs, end_with_parent) as pool:
         return [p for block in pool.map(_place_part, tasks) for p in block]
 
 

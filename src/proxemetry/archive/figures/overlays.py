@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import importlib.util
-import multiprocessing
 import os
 from collections.abc import Callable, Iterator
-from concurrent.futures import ProcessPoolExecutor
 from functools import partial
 from itertools import islice
 from pathlib import Path
@@ -14,6 +12,7 @@ from pathlib import Path
 from ...errors import PhotoError, SettingsError
 from ...photo import Photo
 from ...scene import Scene
+from ..run.interrupts import WorkerProcesses
 from ..store.folder import is_url, overlay_name
 from ..store.results import Results, forget_overlays, write_run
 
@@ -54,7 +53,7 @@ def draw(results: Results, *, faces: str = "show", jobs: int = 1, tell: Callable
         for batch in _batches(wanted):
             tell(work(batch))
         return
-    with ProcessPoolExecutor(jobs, mp_context=multiprocessing.get_context("spawn")) as pool:
+    with WorkerProcesses(jobs) as pool:
         for drawn in pool.map(work, _batches(wanted)):
             tell(drawn)
 
