@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING
 
 from .distances import is_vague
 from .errors import SettingsError
+from .people.attributes import keys_of
 from .scene import Scene
-from .tables import TABLES, rows
+from .tables import TABLES, all_columns, rows
 
 if TYPE_CHECKING:
     import pandas
@@ -28,8 +29,9 @@ def frame(table: str, scene: Scene) -> pandas.DataFrame:
         raise SettingsError("data frames need an extra: pip install 'proxemetry[notebook]'")
     import pandas
 
-    listed = rows(table, scene)
-    columns = TABLES[table]
+    attributes = keys_of(scene.people.attributes)
+    listed = rows(table, scene, attributes)
+    columns = all_columns(attributes)[table] if table != "photos" else TABLES[table]
     return pandas.DataFrame(
         {c.name: pandas.array([row[c.name] for row in listed], dtype=_DTYPES[c.kind]) for c in columns}
     )

@@ -6,8 +6,10 @@ import argparse
 import importlib.util
 
 from ..errors import SettingsError
+from ..people.attributes import PairsWhere
 from ..plots.faces import FACES
 from ..report import write_report
+from .attribute_options import add_pairs_where
 
 _EXAMPLES = """examples:
   proxemetry report results                           writes results/report.html, heads pixelated
@@ -26,6 +28,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "--group-by", default="folder", metavar="WHAT",
         help="compare photos by folder, year, month, country or another column of photos.csv (default: folder)",
     )  # fmt: skip
+    add_pairs_where(parser)
     parser.add_argument("--photos", type=int, default=6, metavar="N", help="figures in the sample (default: 6)")
 
 
@@ -35,6 +38,13 @@ def run(args: argparse.Namespace) -> int:
         raise SettingsError("the report's figures need matplotlib: pip install 'proxemetry[plot]'")
     if args.photos < 0:
         raise SettingsError(f"--photos is {args.photos}: it must be 0 or more")
-    path = write_report(args.results, args.out, faces=args.faces, group_by=args.group_by, photos=args.photos)
+    path = write_report(
+        args.results,
+        args.out,
+        faces=args.faces,
+        group_by=args.group_by,
+        photos=args.photos,
+        where=PairsWhere.parsed(args.pairs_where),
+    )
     print(f"report: {path}")
     return 0

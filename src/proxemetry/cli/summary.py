@@ -18,14 +18,17 @@ from ..archive.store.results import Results
 from ..camera import FocalBasis
 from ..distances import ZONES
 from ..files import cell_of
+from ..people.attributes import PairsWhere
 from ..plots.pair_selection import metres_text
 from ..text_tables import Columns, in_blocks, terminal_width
 from . import DONE
+from .attribute_options import add_pairs_where
 
 _EXAMPLES = f"""examples:
   proxemetry summary results --by year
   proxemetry summary results --by country --by year --csv figures.csv
   proxemetry summary results --by folder --figures figures
+  proxemetry summary results --pairs-where mask=no
   proxemetry summary results --methods
 
 --by takes {", ".join(GROUPINGS)} or any column of the photos table. Brackets are the central 90 % of where a figure
@@ -38,6 +41,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.epilog = _EXAMPLES
     parser.add_argument("results", metavar="DIR", help="results folder")
     parser.add_argument("--by", action="append", default=[], metavar="WHAT", help="group by this; may be given again")
+    add_pairs_where(parser)
     parser.add_argument("--methods", action="store_true", help="print a methods paragraph to paste, and nothing else")
     parser.add_argument("--distinct", action="store_true", help="count copies of a file once a group")
     parser.add_argument(
@@ -54,10 +58,10 @@ def run(args: argparse.Namespace) -> int:
     if args.methods:
         from ..archive.figures.methods import methods_paragraph
 
-        print(textwrap.fill(methods_paragraph(results.run, results.folder), 100))
+        print(textwrap.fill(methods_paragraph(results.run, results.folder, PairsWhere.parsed(args.pairs_where)), 100))
         return DONE
     by = [name.strip() for text in args.by for name in text.split(",") if name.strip()]
-    summary = summarise(results, by, distinct=args.distinct)
+    summary = summarise(results, by, distinct=args.distinct, where=PairsWhere.parsed(args.pairs_where))
     if args.csv == "-":
         _write_csv(summary, sys.stdout)
     else:

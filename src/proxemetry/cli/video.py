@@ -20,8 +20,10 @@ from ..clip.run import Outcome, clips_of, read_region, run_clip
 from ..errors import ProxemetryError, SettingsError
 from ..locate import BODY_SIZES, LocateSettings
 from ..measure import Settings
+from ..people.attributes import PairsWhere
 from ..pose import DEVICES, EFFORTS, PoseOptions
 from . import DONE, NOTHING_DONE, SOME_FAILED
+from .attribute_options import add_pairs_where
 from .camera_options import add_camera_options, add_mount_option, focal_request, number, stated_mount
 from .progress import Reporter
 
@@ -81,6 +83,7 @@ def _add_questions(parser: argparse.ArgumentParser) -> None:
         "--groups", default="apart", choices=("apart", "ignore"),
         help="apart: the summary leads with pairs that do not belong together; ignore: with all pairs",
     )  # fmt: skip
+    add_pairs_where(group)
     group.add_argument(
         "--min-event", type=number, default=SHORTEST_S, metavar="S", help="shorter encounters are none (default: 1)"
     )
@@ -171,7 +174,9 @@ def _job(args: argparse.Namespace) -> tuple[Job, Wanted]:
         boxes = Boxes.read(args.detections)
     options = PoseOptions(effort=args.effort, device=args.device, offline=args.offline)
     region = read_region(args.region) if args.region else None
-    return Job(pose, options, settings, boxes), Wanted(limits, region, mount, settings, args.min_event)
+    return Job(pose, options, settings, boxes), Wanted(
+        limits, region, mount, settings, args.min_event, PairsWhere.parsed(args.pairs_where)
+    )  # fmt: skip
 
 
 def _one(path: Path, out: str, args: argparse.Namespace, job: Job, wanted: Wanted) -> dict[str, Any]:

@@ -13,6 +13,7 @@ from ..archive.store.folder import Folder
 from ..arrays import FloatArray
 from ..camera import Mount
 from ..measure import Settings
+from ..people.attributes import Attributes, PairsWhere, most_frequent, values_of
 from ..scene import Scene
 from .camera import ClipCamera, chosen_frames, told_by_people
 from .density import Region
@@ -40,7 +41,8 @@ from .statures import Stature
 class Wanted:
     """What is asked of a clip. within_m: limits in metres, ascending. region: of densities, the whole floor without.
 
-    mount: as stated, for the camera that the clip begins with. shortest_event_s: what is shorter is no event.
+    mount: as stated, for the camera that the clip begins with. shortest_event_s: what is shorter is no event. where:
+    only pairs count both of whose people have these attributes.
     """
 
     within_m: tuple[float, ...] = (1.0, 1.5, 2.0)
@@ -48,6 +50,7 @@ class Wanted:
     mount: Mount | None = None
     settings: Settings = field(default_factory=Settings)
     shortest_event_s: float = SHORTEST_S
+    where: PairsWhere | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,6 +58,7 @@ class Person:
     """One track with what holds for the whole of it.
 
     heading_rad: shape (n,), NaN where unseen. rows: shape (n,), the person's row in each scene, -1 where unseen.
+    attributes: of each the value that most of the sightings have.
     """
 
     track: Track
@@ -64,6 +68,7 @@ class Person:
     group: int
     heading_rad: FloatArray
     rows: NDArray[np.intp]
+    attributes: Attributes = field(default_factory=dict[str, str])
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,9 +107,11 @@ class Analysis:
         return CameraError(known.mount, known.mount.camera or known.camera)
 
     def pairs(self) -> Iterator[PairOverTime]:
-        """Yield every pair of tracks that were there at one time."""
+        """Yield every pair of tracks that were there at one time and count."""
+        where = self.wanted.where
         for number, shot in enumerate(self.measured.shots):
-            tracks = [p.track for p in self.people if p.shot == number]
+            counted = [p for p in self.people if p.shot == number and (where is None or where.holds(p.attributes))]
+            tracks = [p.track for p in counted]
             yield from pairs_over_time(
                 tracks, self.weight_s, self.wanted.within_m, self.sensitivity(shot.camera), DRAWS
             )
@@ -164,7 +171,9 @@ def assembled(
         for pair, p in group_probabilities([x.track for x in people if x.shot == number]).items()
     }
     member = {t: k for k, group in enumerate(groups_of([t.number for t in tracks], probability), 1) for t in group}
-    people = [replace(p, group=member[p.track.number]) for p in people]
+    people = [replace(p, group=member[p.track.number], attributes=_attributes(p, placed)) for p in people]
+    if wanted.where is not None and people:
+        wanted.where.require_some(values_of([p.attributes for p in people]))
     found = Analysis(
         measured, wanted, cameras, [], people, probability, weight, wanted.region, scales, _facing(people, placed)
     )
@@ -172,6 +181,12 @@ def assembled(
     if found.region is None:
         found.region = _floor_walked(found)
     return found
+
+
+def _attributes(person: Person, placed: Sequence[Placed]) -> Attributes:
+    """Return what most of a person's sightings were recorded as."""
+    seen = [(frame, row) for frame, row in zip(person.track.frames, person.rows, strict=True) if row >= 0]
+    return most_frequent([placed[frame].attributes[row] for frame, row in seen if placed[frame].attributes])
 
 
 def _cameras(folder: Folder, measured: Measured, wanted: Wanted) -> dict[int, ClipCamera]:

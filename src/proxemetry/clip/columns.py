@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
-from ..tables import Column
+from ..tables import Column, attribute_columns
 
 #: The tables of a clip's folder; the last four name tracks, and stay away with --aggregate-only.
 TABLES = ("frames", "tracks", "people", "pairs_over_time", "exposure", "events")
@@ -18,13 +19,15 @@ def limit_name(limit_m: float | str) -> str:
     return limit_m if isinstance(limit_m, str) else f"{limit_m:g}"
 
 
-def columns(table: str, limits: Sequence[float | str]) -> tuple[Column, ...]:
-    """Return a table's columns for these limits in metres, or for "X" in the codebook."""
+def columns(table: str, limits: Sequence[float | str], attributes: Sequence[str] = ()) -> tuple[Column, ...]:
+    """Return a table's columns for these limits in metres, or for "X" in the codebook, and of people's attributes."""
     names = [limit_name(v) for v in limits]
-    return {
+    found = {
         "frames": _frames, "tracks": _tracks, "people": _people, "pairs_over_time": _pairs_over_time,
         "exposure": _exposure, "events": _events,
     }[table](names)  # fmt: skip
+    of_track = attribute_columns("people", attributes) if table == "people" else ()
+    return (*found, *(replace(c, meaning=f"{c.meaning}, in most sightings") for c in of_track))
 
 
 def _frames(limits: Sequence[str]) -> tuple[Column, ...]:
@@ -140,6 +143,6 @@ def _events(limits: Sequence[str]) -> tuple[Column, ...]:
     )
 
 
-def codebook(limits: Sequence[float | str] = ("X",)) -> dict[str, tuple[Column, ...]]:
+def codebook(limits: Sequence[float | str] = ("X",), attributes: Sequence[str] = ()) -> dict[str, tuple[Column, ...]]:
     """Return every table of a clip with its columns."""
-    return {table: columns(table, limits) for table in TABLES}
+    return {table: columns(table, limits, attributes) for table in TABLES}

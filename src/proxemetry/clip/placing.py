@@ -13,6 +13,7 @@ from ..archive.store.folder import Folder
 from ..bodies import Bodies
 from ..camera import FloorFrame, Mount
 from ..measure import Settings, remeasure
+from ..people.attributes import Attributes
 from ..scene import Scene
 from .boxes import standing
 from .camera import ClipCamera
@@ -28,13 +29,17 @@ _FEWEST_PARTS = 3
 
 @dataclass(frozen=True, eq=False)
 class Placed:
-    """One frame's people on the floor; facing: (row, row) -> probability of an F-formation, where not small."""
+    """One frame's people on the floor; facing: (row, row) -> probability of an F-formation, where not small.
+
+    attributes: of everybody in the scene, by its rows.
+    """
 
     sightings: Sightings
     status: str
     reason: str | None
     n_detected: int
     facing: dict[tuple[int, int], float]
+    attributes: Sequence[Attributes] = ()
 
 
 @dataclass(frozen=True)
@@ -84,7 +89,7 @@ def _place_part(task: _Task) -> list[Placed]:
             frame = mount.floor_frame
             bodies = _held_fit(scene, mount, task.settings, known)
         seen = sightings_of(t_s, scene.people, bodies, frame)
-        answer.append(Placed(seen, scene.status, scene.reason, len(scene), facing))
+        answer.append(Placed(seen, scene.status, scene.reason, len(scene), facing, scene.people.attributes))
     return answer
 
 

@@ -5,10 +5,11 @@ from __future__ import annotations
 import importlib.util
 from typing import Any
 
+from ..archive.figures.export import spss_names
+from ..archive.store.duck import attached, named, quoted
 from ..archive.store.folder import RUN_FILE, Folder
-from ..archive.store.parts import attached, quoted
 from ..errors import OutputError, SettingsError
-from ..tables import Column
+from ..tables import PREFIX, Column
 from .columns import TABLES, codebook
 
 #: Rows of one file, which is made in memory: as many of DuckDB's vectors as give a little under a million.
@@ -47,7 +48,9 @@ def _written(folder: Folder, target: Folder, table: str) -> list[str]:
     (rows,) = duck.execute(f"SELECT count(*) FROM {source}").fetchone()
     count = max(1, -(-rows // (_ROWS_A_VECTOR * _VECTORS_A_FILE)))
     names: list[str] = []
-    values = ", ".join(_value(known[name]) for name in there)
+    columns = [known[name] for name in there]
+    called = spss_names(columns)
+    values = ", ".join(_value(column, name) for column, name in zip(columns, called, strict=True))
     duck.execute(f"SELECT {values} FROM {source}")
     for k in range(count):
         names.append(f"{table}.sav" if count == 1 else f"{table}_{k + 1}.sav")
@@ -57,15 +60,15 @@ def _written(folder: Folder, target: Folder, table: str) -> list[str]:
     return names
 
 
-def _value(column: Column) -> str:
-    name = '"' + column.name + '"'
+def _value(column: Column, called: str) -> str:
+    name, called = named(column.name), named(called)
     if column.kind == "VARCHAR":
-        return f"coalesce({name}, '') AS {name}"
-    return f"{name}::{'INTEGER::' if column.kind == 'BOOLEAN' else ''}DOUBLE AS {name}"
+        return f"coalesce({name}, '') AS {called}"
+    return f"{name}::{'INTEGER::' if column.kind == 'BOOLEAN' else ''}DOUBLE AS {called}"
 
 
 def _meanings(table: str, names: list[str]) -> dict[str, Column]:
     """Return the column of each name; limits are read off the names themselves."""
     limits = sorted({n.split("_within_")[1].removesuffix("_apart") for n in names if "_within_" in n}, key=float)
-    of_table = codebook(tuple(limits))[table]
+    of_table = codebook(tuple(limits), [n.removeprefix(PREFIX) for n in names if n.startswith(PREFIX)])[table]
     return {c.name: c for c in of_table}

@@ -10,17 +10,19 @@ import io
 import json
 import math
 from collections import defaultdict
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import asdict, dataclass, field
 from typing import Any, TextIO
 
 import numpy as np
 
+from ..archive.store.duck import attached, named, quoted
 from ..archive.store.folder import Folder
-from ..archive.store.parts import attached, quoted
 from ..arrays import FloatArray
-from ..tables import Column
+from ..files import FORMULA, cell_of
+from ..people.attributes import keys_of
+from ..tables import MOST_COLUMNS, Column
 from .analysis import Analysis, Person, places_by_frame
 from .columns import OF_TRACKS, TABLES, codebook, columns, limit_name
 from .critical import critical_density, rate
@@ -77,11 +79,21 @@ class _Table:
         """Write the Parquet file."""
         self._file.flush()
         kinds = ", ".join(f"{quoted(c.name)}: {quoted(c.kind)}" for c in self._columns)
+        texts = ", ".join(_uncelled(c) for c in self._columns)
         with self._folder.writing(f"{self._name}.parquet") as temporary:
             attached(self._folder).execute(
-                f"COPY (SELECT * FROM read_csv({quoted(self._path)}, header = true, columns = {{{kinds}}})) "
+                f"COPY (SELECT {texts} FROM read_csv({quoted(self._path)}, header = true, columns = {{{kinds}}})) "
                 f"TO {quoted(temporary)} (FORMAT parquet, COMPRESSION zstd)"
             )
+
+
+def _uncelled(column: Column) -> str:
+    """Return the SQL of a column without the apostrophe that CSV has before what looks like a formula."""
+    name = named(column.name)
+    if column.kind != "VARCHAR":
+        return name
+    marked = f"starts_with({name}, chr(39)) AND regexp_matches({name}, {quoted(FORMULA)})"
+    return f"CASE WHEN {marked} THEN {name}[2:] ELSE {name} END AS {name}"
 
 
 def write_results(found: Analysis, folder: Folder, *, aggregate_only: bool = False, shown: int = 6) -> Sums:
@@ -94,26 +106,32 @@ def write_results(found: Analysis, folder: Folder, *, aggregate_only: bool = Fal
         for form in ("csv", "parquet"):
             folder.remove(f"{name}.{form}")
     wanted = ("frames",) if aggregate_only else TABLES
+    keys = () if aggregate_only else attributes_of(found)
     with ExitStack() as stack:
-        tables = {name: _Table(folder, name, columns(name, limits), stack) for name in wanted}
+        tables = {name: _Table(folder, name, columns(name, limits, keys), stack) for name in wanted}
         _pairs(found, tables, sums, shown)
         _people(found, tables, sums)
         _frames(found, tables["frames"], sums)
         for table in tables.values():
             table.finish()
-    folder.write(CODEBOOK, codebook_csv(limits).encode())
+    folder.write(CODEBOOK, codebook_csv(limits, keys).encode())
     if sums.maps is not None:
         _write_maps(found, folder, sums.maps, aggregate_only)
     return sums
 
 
-def codebook_csv(limits: Iterable[float]) -> str:
+def attributes_of(found: Analysis) -> tuple[str, ...]:
+    """Return the attributes of people that the table of people has columns of: of very many the first by name."""
+    return keys_of([p.attributes for p in found.people])[:MOST_COLUMNS]
+
+
+def codebook_csv(limits: Iterable[float], attributes: Sequence[str] = ()) -> str:
     """Return the codebook of a clip's tables as CSV."""
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
     writer.writerow(("table", "column", "type", "unit", "meaning"))
-    for table, of_table in codebook(tuple(limits)).items():
-        writer.writerows((table, c.name, _KINDS[c.kind], c.unit, c.meaning) for c in of_table)
+    for table, of_table in codebook(tuple(limits), attributes).items():
+        writer.writerows(map(cell_of, (table, c.name, _KINDS[c.kind], c.unit, c.meaning)) for c in of_table)
     return out.getvalue()
 
 
@@ -175,7 +193,7 @@ def _people(found: Analysis, tables: Mapping[str, _Table], sums: Sums) -> None:
     for person in found.people:
         size[person.group] += 1
     nothing = np.zeros(len(found.wanted.within_m))
-    main = found.main_camera
+    main, keys = found.main_camera, attributes_of(found)
     for person in found.people:
         track = person.track
         if sums.maps is not None and found.measured.shots[person.shot].camera == main:
@@ -188,6 +206,7 @@ def _people(found: Analysis, tables: Mapping[str, _Table], sums: Sums) -> None:
             track.number, person.shot, track.t_s[0], track.t_s[-1], int(track.seen.sum()), int((~track.seen).sum()),
             person.stature_m, person.stature_sd_m, person.group, size[person.group], step.sum(), np.median(speed),
             *sums.of_person.get(track.number, nothing), *sums.of_person_apart.get(track.number, nothing),
+            *(cell_of(person.attributes.get(key, "")) for key in keys),
         )  # fmt: skip
         _track_rows(found, person, tables["tracks"])
 
@@ -277,6 +296,7 @@ def summary(found: Analysis, sums: Sums, clip: str) -> dict[str, Any]:
     return _as_json({
         "schema": "proxemetry.clip/1", "clip": clip, "seconds": float(step.sum()), "n_frames": len(found.frames),
         "n_frames_failed": int((~ok).sum()), "width_px": found.measured.width_px, "height_px": found.measured.height_px,
+        "pairs_where": None if found.wanted.where is None else str(found.wanted.where),
         "n_tracks": seen, "people_at_least": at_once, "people_at_most": seen,
         "n_groups": len({p.group for p in found.people if _size(found, p.group) > 1}),
         "people_bound": "tracks count a person twice who leaves and comes back, so there were at most so many people, "
@@ -284,9 +304,15 @@ def summary(found: Analysis, sums: Sums, clip: str) -> dict[str, Any]:
         "density_persons_m2": _density(found), "region_area_m2": found.region.area_m2 if found.region else None,
         "within_m": per_limit, "critical_density": _critical(found, sums),
         "cameras": {str(k): c.note for k, c in found.cameras.items()},
-        "shots": [s.to_dict() for s in found.measured.shots], "notes": list(found.measured.notes),
+        "shots": [s.to_dict() for s in found.measured.shots], "notes": _notes(found),
         "noise_scale": {str(k): v for k, v in found.noise_scale.items()},
     })  # fmt: skip
+
+
+def _notes(found: Analysis) -> list[str]:
+    where = found.wanted.where
+    only = [] if where is None else [f"only people recorded as {where} count in pairs, and pairs of two such people"]
+    return [*found.measured.notes, *only]
 
 
 def _size(found: Analysis, group: int) -> int:

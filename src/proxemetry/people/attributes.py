@@ -8,6 +8,7 @@ from __future__ import annotations
 import json
 import math
 import unicodedata
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, cast
@@ -91,10 +92,12 @@ def _plain(text: str) -> str:
 class PairsWhere:
     """Which pairs count: those both of whose people have, for every key, one of the values.
 
-    accepted: key -> values as `compared` has them. A person without the attribute does not have it.
+    accepted: key -> values as `compared` has them. A person without the attribute does not have it. words: the same as
+    it was asked for, to be read.
     """
 
     accepted: Mapping[str, frozenset[str]]
+    words: str = ""
 
     @classmethod
     def parsed(cls, texts: Iterable[str]) -> PairsWhere | None:
@@ -102,7 +105,7 @@ class PairsWhere:
 
         Raises SettingsError where a text is no such condition.
         """
-        accepted: dict[str, set[str]] = {}
+        accepted: dict[str, dict[str, str]] = {}
         for text in texts:
             name, equals, value = text.partition("=")
             try:
@@ -111,11 +114,12 @@ class PairsWhere:
                 raise SettingsError(f"--pairs-where {text!r:.60}: write ATTRIBUTE=VALUE, like mask=no") from error
             if not equals or not value.strip():
                 raise SettingsError(f"--pairs-where {text!r:.60}: write ATTRIBUTE=VALUE, like mask=no")
-            accepted.setdefault(key, set()).add(compared(value))
-        return cls({key: frozenset(values) for key, values in accepted.items()}) if accepted else None
+            accepted.setdefault(key, {}).setdefault(compared(value), value.strip())
+        words = ", ".join(f"{key}={' or '.join(values.values())}" for key, values in accepted.items())
+        return cls({key: frozenset(values) for key, values in accepted.items()}, words) if accepted else None
 
     def __str__(self) -> str:
-        return ", ".join(f"{key}={' or '.join(sorted(values))}" for key, values in self.accepted.items())
+        return self.words or ", ".join(f"{key}={' or '.join(sorted(v))}" for key, v in self.accepted.items())
 
     def holds(self, attributes: Attributes) -> bool:
         """Return whether a person with these attributes counts."""
@@ -140,6 +144,24 @@ def compared(value: str) -> str:
         return _text(float(text)) or text
     except ValueError:
         return _ANSWERS.get(text, text)
+
+
+def most_frequent(sightings: Sequence[Attributes]) -> Attributes:
+    """Return of every attribute the value that most sightings of one person have, of several the first by its signs."""
+    count: dict[str, Counter[str]] = {}
+    for one in sightings:
+        for key, value in one.items():
+            count.setdefault(key, Counter())[value] += 1
+    return {key: min(values, key=lambda value: (-values[value], value)) for key, values in count.items()}
+
+
+def values_of(attributes: Iterable[Attributes]) -> dict[str, Counter[str]]:
+    """Return the attributes of several people: key -> value -> how many have it."""
+    found: dict[str, Counter[str]] = {}
+    for one in attributes:
+        for key, value in one.items():
+            found.setdefault(key, Counter())[value] += 1
+    return found
 
 
 def keys_of(attributes: Sequence[Attributes]) -> tuple[str, ...]:

@@ -14,6 +14,7 @@ from ..archive.store.folder import Folder, is_url
 from ..archive.store.results import Results
 from ..archive.store.scratch import scratch_folder
 from ..errors import OutputError, ProxemetryError, SettingsError
+from ..people.attributes import PairsWhere
 from ..photo import Photo
 from ..plots.faces import FACES
 from ..scene import Scene
@@ -37,12 +38,14 @@ def write_report(
     group_by: str = "folder",
     photos: int = 6,
     listed: int = 15,
+    where: PairsWhere | None = None,
 ) -> Path:
     """Write the report of a results folder and return its path, `report.html` in the folder where `out` is None.
 
     The folder's tables are written anew first, so that corrections are in. faces: "blur" pixelates the heads of who
     was found. group_by: year, month, folder or a column of the photos table. photos: how many figures; listed: how
-    many of the nearest and least certain pairs. Raises OutputError where there are no results or the page cannot be
+    many of the nearest and least certain pairs. where: only people with these attributes count, and pairs of two such
+    people. Raises OutputError where there are no results or the page cannot be
     written, SettingsError for options.
     """
     if faces not in FACES:
@@ -53,8 +56,8 @@ def write_report(
     results.require_finished()
     run = results.run
     with _tables_of(results, run.get("safe_distance_m"), elsewhere=out is not None) as tables:
-        numbers = count(tables, group_by, photos, listed)
-        methods = methods_paragraph(run, tables)
+        numbers = count(tables, group_by, photos, listed, where)
+        methods = methods_paragraph(run, tables, where)
     figures = [
         (scene.photo, _data_url(scene, results.location(scene.photo), faces))
         for scene in results.scenes(numbers.sample)
@@ -63,7 +66,7 @@ def write_report(
     path = Path(out) if out is not None else Path(results.folder.location) / FILE
     named = {pair.photo for pair in (*numbers.nearest_pairs, *numbers.uncertain_pairs)}
     links = {photo: links_of(results, photo, path, [name for name, _ in figures]) for photo in named}
-    text = page(run, numbers, figures, links, methods, title=title, faces=faces, group_by=group_by)
+    text = page(run, numbers, figures, links, methods, title=title, faces=faces, group_by=group_by, where=where)
     temporary = path.with_name(f".{path.name}.part")
     try:
         temporary.write_text(text, encoding="utf-8")

@@ -12,6 +12,7 @@ import numpy as np
 
 from ..archive.figures.focal_bases import focal_bases
 from ..archive.figures.grouping import UNKNOWN, sql_of
+from ..archive.figures.restriction import counted
 from ..archive.figures.summary import Share
 from ..archive.store.duck import attached, quoted
 from ..archive.store.folder import Folder
@@ -19,6 +20,7 @@ from ..arrays import FloatArray, nan_if_none
 from ..camera import FocalBasis
 from ..distances import ZONE_LIMITS_M, ZONES
 from ..intervals import HALF_WIDTH_SD
+from ..people.attributes import PairsWhere
 
 #: Histogram: edges in metres, each about a quarter above the one before, so that Hall's limits are among them; what
 #: lies before the first or beyond the last is a bar of its own.
@@ -97,13 +99,16 @@ class Numbers:
     sample: list[str]
 
 
-def count(folder: Folder, group_by: str, n_sample: int, n_listed: int) -> Numbers:
-    """Return the numbers of a results folder whose tables are up to date; raises SettingsError for `group_by`."""
+def count(folder: Folder, group_by: str, n_sample: int, n_listed: int, where: PairsWhere | None = None) -> Numbers:
+    """Return the numbers of a results folder whose tables are up to date, of those who are as `where` has them.
+
+    Raises SettingsError for `group_by`, and where nobody is.
+    """
     key = sql_of(group_by)
+    tables = counted(folder, where)
     duck = attached(folder)
-    for table in ("photos", "people", "pairs"):
-        path = quoted(folder.path(f"{table}.parquet"))
-        duck.execute(f"CREATE OR REPLACE TEMP VIEW report_{table} AS SELECT * FROM read_parquet({path})")
+    for table, rows in (("photos", tables.photos), ("people", tables.people), ("pairs", tables.pairs)):
+        duck.execute(f"CREATE OR REPLACE TEMP VIEW report_{table} AS SELECT * FROM {rows}")
     duck.execute(
         f"CREATE OR REPLACE TEMP TABLE report_groups AS SELECT photo, coalesce({key}::VARCHAR, '{UNKNOWN}') AS name "
         "FROM report_photos WHERE status != 'excluded'"

@@ -11,6 +11,7 @@ from typing import Any
 from ..archive.figures.focal_bases import WORDS
 from ..camera import FocalBasis
 from ..distances import UNCERTAIN, ZONES
+from ..people.attributes import PairsWhere
 from ..plots.pair_selection import metres_text
 from .charts import histogram, legend, zone_bar
 from .links import Links, figure_id
@@ -32,14 +33,15 @@ def page(
     title: str,
     faces: str,
     group_by: str,
+    where: PairsWhere | None = None,
 ) -> str:
     """Return the page.
 
     figures: (photo, data URL). links: of the listed pairs' photos. methods: a paragraph to paste.
-    faces: how heads are shown, for the words beside them.
+    faces: how heads are shown, for the words beside them. where: whose pairs the numbers are of.
     """
     sections = [
-        _head(title, run, numbers),
+        _head(title, run, numbers, where),
         _distances(numbers),
         _by_group(numbers.groups, group_by),
         _refusals(numbers),
@@ -78,7 +80,7 @@ def _percent(share: Share) -> str:
     return f"{100 * share.value:.1f} % [{100 * share.low:.1f}, {100 * share.high:.1f}]"
 
 
-def _head(title: str, run: Mapping[str, Any], numbers: Numbers) -> str:
+def _head(title: str, run: Mapping[str, Any], numbers: Numbers, where: PairsWhere | None) -> str:
     settings = run.get("settings") or {}
     facts = (
         ("photos", f"{numbers.photos:,}"),
@@ -88,10 +90,13 @@ def _head(title: str, run: Mapping[str, Any], numbers: Numbers) -> str:
     )
     tiles = "".join(f"<div><strong>{escape(v)}</strong><span>{escape(k)}</span></div>" for k, v in facts)
     by_hand = f" {_many(numbers.corrected, 'photo was', 'photos were')} corrected by hand." if numbers.corrected else ""
+    only = "" if where is None else (
+        f"<p><strong>Only people recorded as {escape(str(where))} count, and pairs of two such people.</strong></p>"
+    )  # fmt: skip
     return (
         f"<header><p class='brand'>proxemetry</p><h1>{escape(title)}</h1><p>How far apart the people in these photos "
         f"stand: proxemetry {escape(str(run.get('version')))}, method {escape(str(settings.get('method')))}, people "
-        f"found by {escape(str(run.get('pose')))}.{by_hand}</p><div class='tiles'>{tiles}</div></header>"
+        f"found by {escape(str(run.get('pose')))}.{by_hand}</p>{only}<div class='tiles'>{tiles}</div></header>"
     )
 
 

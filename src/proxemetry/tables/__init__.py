@@ -1,5 +1,6 @@
 """The three tidy tables of a results folder: their columns, units and meanings, and the rows of one scene."""
 
+from .attribute_columns import ENDS, MOST_COLUMNS, PREFIX, attribute_columns, column_name
 from .codebook import CORRECTIONS, codebook_csv, codebook_markdown, codebook_rows
 from .column import Column, Value
 from .photo_columns import safe_distance_columns
@@ -7,13 +8,18 @@ from .rows import TABLES, all_columns, rows
 
 __all__ = [
     "CORRECTIONS",
+    "ENDS",
+    "MOST_COLUMNS",
+    "PREFIX",
     "TABLES",
     "Column",
     "Value",
     "all_columns",
+    "attribute_columns",
     "codebook_csv",
     "codebook_markdown",
     "codebook_rows",
+    "column_name",
     "rows",
     "safe_distance_columns",
 ]

@@ -7,8 +7,10 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
+from ..files import cell_of
+from .attribute_columns import PREFIX
 from .column import Column
 from .rows import all_columns
 
@@ -28,30 +30,39 @@ CORRECTIONS = (
 _KINDS = {"VARCHAR": "text", "INTEGER": "integer", "DOUBLE": "number", "BOOLEAN": "true or false"}
 
 
-def _codebook() -> dict[str, tuple[Column, ...]]:
-    return {**all_columns(), "corrections": CORRECTIONS}
+def _codebook(attributes: Sequence[str] = ()) -> dict[str, tuple[Column, ...]]:
+    return {**all_columns(attributes), "corrections": CORRECTIONS}
 
 
-def codebook_rows() -> tuple[list[str], Iterator[tuple[str, ...]]]:
-    """Return the codebook's header, and a row for every column: table, column, type, unit and meaning."""
-    listed = ((table, column) for table, columns in _codebook().items() for column in columns)
+def codebook_rows(attributes: Sequence[str] = ()) -> tuple[list[str], Iterator[tuple[str, ...]]]:
+    """Return the codebook's header, and a row for every column: table, column, type, unit and meaning.
+
+    attributes: those of people that the tables have columns of.
+    """
+    listed = ((table, column) for table, columns in _codebook(attributes).items() for column in columns)
     rows = ((table, c.name, _KINDS[c.kind], c.unit, c.meaning) for table, c in listed)
     return ["table", "column", "type", "unit", "meaning"], rows
 
 
-def codebook_csv() -> str:
-    """Return the codebook as CSV."""
+def codebook_csv(attributes: Sequence[str] = ()) -> str:
+    """Return the codebook as CSV, with the columns of these attributes of people."""
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
-    header, rows = codebook_rows()
+    header, rows = codebook_rows(attributes)
     writer.writerow(header)
-    writer.writerows(rows)
+    writer.writerows(tuple(map(cell_of, row)) for row in rows)
     return out.getvalue()
 
 
 def codebook_markdown() -> str:
     """Return the same as a page."""
-    lines = ["# Codebook", "", "The columns of the tables in a results folder; a value that is missing is empty.", ""]
+    lines = [
+        "# Codebook",
+        "",
+        "The columns of the tables in a results folder; a value that is missing is empty. Attributes of recorded "
+        f"people are columns besides: KEY is `{PREFIX}KEY` in people, `{PREFIX}KEY_a` and `{PREFIX}KEY_b` in pairs.",
+        "",
+    ]
     for table, columns in _codebook().items():
         lines += [f"## {table}", "", "| column | type | unit | meaning |", "|---|---|---|---|"]
         lines += [f"| `{c.name}` | {_KINDS[c.kind]} | {c.unit} | {c.meaning} |" for c in columns]

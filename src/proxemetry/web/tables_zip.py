@@ -11,7 +11,6 @@ from ..archive.store import parts
 from ..archive.store.folder import Folder
 from ..archive.store.results import Results, write_run
 from ..scene import Scene
-from ..tables import codebook_csv
 from ..version import __version__
 
 
@@ -29,5 +28,5 @@ def tables_zip(scenes: Iterable[Scene]) -> bytes:
         with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
             for name in ("photos.csv", "people.csv", "pairs.csv"):
                 archive.writestr(name, folder.read(name) or b"")
-            archive.writestr("codebook.csv", codebook_csv())
+            archive.writestr("codebook.csv", folder.read("codebook.csv") or b"")
         return packed.getvalue()

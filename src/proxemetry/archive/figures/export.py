@@ -7,6 +7,7 @@ import json
 import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 from ...distances import UNCERTAIN
@@ -14,14 +15,18 @@ from ...errors import OutputError, SettingsError
 from ...people.skeleton import COCO_17
 from ...scene import Scene
 from ...tables import Column, all_columns
+from ..store.duck import named, quoted
 from ..store.folder import Folder
-from ..store.parts import quoted
-from ..store.results import Results, table_query
+from ..store.queries import attributes_in, table_query
+from ..store.results import Results
 
 COCO_FILE = "coco_keypoints.json"
 
 #: The number that stands for "uncertain", declared missing: SPSS leaves it out of statistics.
 _UNCERTAIN_CODE = 9
+
+#: What SPSS takes for a variable's name, whatever its language.
+_SPSS_NAME = re.compile(r"[a-z][A-Za-z0-9_.]{0,63}")
 
 #: Rows of one SPSS file, as DuckDB hands them over: a little under a million.
 _ROWS_A_VECTOR, _VECTORS_A_FILE = 2048, 488
@@ -38,8 +43,12 @@ def write_spss(results: Results, target: Folder, safe_distance_m: float | None =
         raise SettingsError("SPSS files need an extra: pip install 'proxemetry[spss]'")
     duck = results.view()
     written: list[str] = []
-    for table, columns in all_columns().items():
-        query = f"SELECT {', '.join(map(_spss_value, columns))} FROM ({table_query(table, safe_distance_m)})"
+    attributes = attributes_in(duck)
+    for table, columns in all_columns(attributes).items():
+        names_of = spss_names(columns)
+        values = ", ".join(_spss_value(c, name) for c, name in zip(columns, names_of, strict=True))
+        query = f"SELECT {values} FROM ({table_query(table, safe_distance_m, attributes)})"
+        columns = [replace(c, name=name) for c, name in zip(columns, names_of, strict=True)]
         names, longest = _extent(duck, query, table, columns)
         _forget_spss(target, table)
         duck.execute(query)
@@ -52,18 +61,25 @@ def write_spss(results: Results, target: Folder, safe_distance_m: float | None =
     return written
 
 
-def _spss_value(column: Column) -> str:
-    """Return the SQL of a column as SPSS has it: a text, or a number where missing is missing.
+def spss_names(columns: Sequence[Column]) -> list[str]:
+    """Return how SPSS calls columns: as they are; attributes with other signs in their names are numbered."""
+    return [
+        c.name if _SPSS_NAME.fullmatch(c.name) else f"attribute_{number}" for number, c in enumerate(columns, start=1)
+    ]
+
+
+def _spss_value(column: Column, name: str) -> str:
+    """Return the SQL of a column as SPSS has it under that name: a text, or a number where missing is missing.
 
     A categorical column is the number of its level, from 1, with the level as the value's label; "uncertain", which is
     no level of an order, is a missing value that has a label.
     """
     if column.levels:
         codes = " ".join(f"WHEN {quoted(level)} THEN {code}" for code, level in _codes(column).items())
-        return f"(CASE {column.name} {codes} END)::DOUBLE AS {column.name}"
+        return f"(CASE {column.name} {codes} END)::DOUBLE AS {name}"
     if column.kind == "VARCHAR":
-        return f"coalesce({column.name}, '') AS {column.name}"
-    return f"{column.name}::{'INTEGER::' if column.kind == 'BOOLEAN' else ''}DOUBLE AS {column.name}"
+        return f"coalesce({named(column.name)}, '') AS {name}"
+    return f"{column.name}::{'INTEGER::' if column.kind == 'BOOLEAN' else ''}DOUBLE AS {name}"
 
 
 def _codes(column: Column) -> dict[int, str]:

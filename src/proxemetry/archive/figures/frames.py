@@ -15,7 +15,8 @@ from ...settings import Settings
 from ..run.run import run
 from ..run.schedule import Note, Progress
 from ..run.work import Job
-from ..store.results import Results, table_query
+from ..store.queries import attributes_in, table_query
+from ..store.results import Results
 
 if TYPE_CHECKING:
     import pandas
@@ -48,7 +49,8 @@ class ResultsFrames:
 
     def _frame(self, table: str) -> pandas.DataFrame:
         safe_m = self.results.run.get("safe_distance_m")
-        return self.results.view().execute(table_query(table, safe_m)).fetchdf()
+        duck = self.results.view()
+        return duck.execute(table_query(table, safe_m, attributes_in(duck))).fetchdf()
 
     def __repr__(self) -> str:
         return f"ResultsFrames({self.results.folder.location!r}: photos, people, pairs)"

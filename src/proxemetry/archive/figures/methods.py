@@ -7,9 +7,11 @@ from typing import Any
 
 from ...camera import FocalBasis
 from ...intervals import LEVEL
+from ...people.attributes import PairsWhere
+from ..store.duck import attached
 from ..store.folder import Folder
-from ..store.parts import attached, quoted
 from .focal_bases import focal_bases
+from .restriction import counted, nearest_of
 
 _WHAT_METHODS_DO = {
     "scene": (
@@ -27,12 +29,13 @@ _ONE_LENGTH = (
 )
 
 
-def methods_paragraph(run: Mapping[str, Any], tables: Folder) -> str:
+def methods_paragraph(run: Mapping[str, Any], tables: Folder, where: PairsWhere | None = None) -> str:
     """Return what was done, with which software and how much of it could be measured, in plain sentences.
 
-    run: of `run.json`. tables: the folder that holds the Parquet tables.
+    run: of `run.json`. tables: the folder that holds the Parquet tables. where: whose pairs count.
     """
-    photos, people, pairs = (f"read_parquet({quoted(tables.path(f'{t}.parquet'))})" for t in _TABLES)
+    every, of_those = counted(tables, None), counted(tables, where)
+    photos, people, pairs = every.photos, every.people, of_those.pairs
     duck = attached(tables)
     counts = _one(
         duck,
@@ -47,6 +50,9 @@ def methods_paragraph(run: Mapping[str, Any], tables: Folder) -> str:
         "SELECT count(*) pairs, median((high_m - low_m) / distance_m) width, avg(on_ground::DOUBLE) ground "
         f"FROM {pairs} WHERE distance_m IS NOT NULL",
     )
+    if where is not None:
+        nearest = f"SELECT median(nearest_m) nearest FROM {nearest_of(pairs)}"
+        found |= _one(duck, nearest)
     method = str((run.get("settings") or {}).get("method") or "scene")
     sentences = [
         f"Interpersonal distances were measured in {_many(counts['photos'], 'photograph')} with proxemetry "
@@ -55,7 +61,7 @@ def methods_paragraph(run: Mapping[str, Any], tables: Folder) -> str:
         _focal_sentence(focal_bases(duck, photos)),
         _left_out(counts),
         f"In all, {_many(found['people'], 'person', 'people')} were found, of whom {found['placed']:,} could be "
-        f"placed, which gave {_many(measured['pairs'], 'pair')}.",
+        f"placed, which gave {_many(measured['pairs'], 'pair')}{_whose(where)}.",
     ]
     if measured["pairs"]:
         kind = "along the ground" if (measured["ground"] or 0) > 0.5 else "in space"
@@ -69,7 +75,8 @@ def methods_paragraph(run: Mapping[str, Any], tables: Folder) -> str:
     return " ".join(filter(None, sentences))
 
 
-_TABLES = ("photos", "people", "pairs")
+def _whose(where: PairsWhere | None) -> str:
+    return "" if where is None else f" of two people who both were recorded as {where}"
 
 
 def _focal_sentence(counts: Mapping[FocalBasis, int]) -> str:

@@ -12,7 +12,8 @@ from typing import Any
 from ...errors import SettingsError
 from ...tables import all_columns, codebook_rows
 from ..store.folder import Folder
-from ..store.results import Results, table_query
+from ..store.queries import attributes_in, table_query
+from ..store.results import Results
 
 XLSX_FILE = "results.xlsx"
 
@@ -94,7 +95,7 @@ def write_xlsx(results: Results, target: Folder, safe_distance_m: float | None =
         bold = book.add_format({"bold": True})
         for table, (names, rows) in _tables(results, safe_distance_m):
             _fill(book.add_worksheet(table), names, rows, bold)
-        _fill(book.add_worksheet("codebook"), *codebook_rows(), bold)
+        _fill(book.add_worksheet("codebook"), *codebook_rows(attributes_in(results.view())), bold)
     return XLSX_FILE
 
 
@@ -116,8 +117,9 @@ def _tables(
 ) -> Iterator[tuple[str, tuple[list[str], Iterator[Sequence[Any]]]]]:
     """Yield each table's name with its columns' names and its rows, corrections applied."""
     duck = results.view()
-    for table, columns in all_columns().items():
-        cursor = duck.execute(table_query(table, safe_distance_m))
+    attributes = attributes_in(duck)
+    for table, columns in all_columns(attributes).items():
+        cursor = duck.execute(table_query(table, safe_distance_m, attributes))
         yield table, ([c.name for c in columns], _rows(cursor))
 
 

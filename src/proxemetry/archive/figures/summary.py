@@ -13,9 +13,11 @@ from ...arrays import FloatArray, IntArray
 from ...camera import FocalBasis
 from ...distances import ZONES
 from ...errors import OutputError
-from ..store.duck import attached, quoted
+from ...people.attributes import PairsWhere
+from ..store.duck import attached
 from ..store.results import Results
 from .grouping import sql_of
+from .restriction import Counted, counted, nearest_of
 from .sampling import Estimates, Sample
 
 
@@ -85,11 +87,14 @@ def _columns(name: str, share: Share) -> dict[str, float]:
     return {f"{name}_m": share.value, f"{name}_low_m": share.low, f"{name}_high_m": share.high}
 
 
-def summarise(results: Results, by: Sequence[str] = (), *, distinct: bool = False) -> Summary:
+def summarise(
+    results: Results, by: Sequence[str] = (), *, distinct: bool = False, where: PairsWhere | None = None
+) -> Summary:
     """Return the figures of a finished results folder by year, month, folder or any column of the photos table.
 
-    Photos that a reviewer excluded do not count. distinct: copies of one file count once a group. Raises
-    SettingsError for an unknown column, OutputError where the tables are not there yet.
+    Photos that a reviewer excluded do not count. distinct: copies of one file count once a group. where: only people
+    with these attributes count, and pairs of two such people. Raises SettingsError for an unknown column and where
+    nobody is as `where` has them, OutputError where the tables are not there yet.
     """
     folder = results.folder
     if not all(folder.exists(f"{table}.parquet") for table in ("photos", "people", "pairs")):
@@ -97,10 +102,11 @@ def summarise(results: Results, by: Sequence[str] = (), *, distinct: bool = Fals
     keys = [sql_of(name) for name in by]
     duck = attached(folder, threads=None)
     names = [f"k{i}" for i in range(len(keys))]
+    tables = counted(folder, where)
     with ThreadPoolExecutor(1) as beside:  # pairs and people are read while photos are counted
-        reading = beside.submit(_pairs, results, duck.cursor())
-        nearest = beside.submit(_nearest, results, duck.cursor())
-        _count_photos(duck, folder.path("photos.parquet"), keys, distinct)
+        reading = beside.submit(_pairs, results, tables, duck.cursor())
+        nearest = beside.submit(_nearest, tables, duck.cursor())
+        _count_photos(duck, tables, keys, distinct)
         query = f"SELECT {', '.join([*names, *FocalBasis, 'n_photos', 'n_people'])} FROM grouped ORDER BY g"
         listed = duck.execute(query).fetchall()
         group_of_row = _group_of_row(duck, names)
@@ -109,7 +115,7 @@ def summarise(results: Results, by: Sequence[str] = (), *, distinct: bool = Fals
     return Summary(tuple(by), _groups(listed, pairs, people), people["nearest_m"], people["group"])
 
 
-def _count_photos(duck: Any, photos: str, keys: Sequence[str], distinct: bool) -> None:
+def _count_photos(duck: Any, tables: Counted, keys: Sequence[str], distinct: bool) -> None:
     """Make the table `counted` of the photos that count, by their place in the file, and `grouped` of their groups."""
     selected = "".join(f", {key}::VARCHAR AS k{i}" for i, key in enumerate(keys))
     names = [f"k{i}" for i in range(len(keys))]
@@ -117,7 +123,7 @@ def _count_photos(duck: Any, photos: str, keys: Sequence[str], distinct: bool) -
     duck.execute(
         "CREATE OR REPLACE TEMP TABLE counted AS "
         f"SELECT file_row_number AS row, n_people, status, focal_basis{selected} "
-        f"FROM read_parquet({quoted(photos)}, file_row_number = true) WHERE status <> 'excluded'"
+        f"FROM {_by_row(tables)} WHERE status <> 'excluded'"
         + (f" QUALIFY row_number() OVER (PARTITION BY {once} ORDER BY photo) = 1" if distinct else "")
     )
     grouped = f" GROUP BY {', '.join(names)}" if names else ""
@@ -140,31 +146,35 @@ def _group_of_row(duck: Any, names: Sequence[str]) -> IntArray:
     return group
 
 
-def _pairs(results: Results, duck: Any) -> dict[str, Any]:
+def _by_row(tables: Counted) -> str:
+    """Return the photos with their rows' numbers in the file, `file_row_number`."""
+    return tables.photos if tables.restricted else tables.photos.removesuffix(")") + ", file_row_number = true)"
+
+
+def _pairs(results: Results, tables: Counted, duck: Any) -> dict[str, Any]:
     """Return columns of all measured pairs: their photo's row in the photos table, distance and probabilities.
 
     Both tables are in the order of names, and the photos say how many pairs they have: where both were written
     together, that tells each pair's photo without comparing a name. Otherwise the names are joined.
     """
-    photos, pairs = (f"read_parquet({quoted(results.folder.path(f'{t}.parquet'))}" for t in ("photos", "pairs"))
     columns = ", ".join(["distance_m", *(f"p_{zone}" for zone in ZONES)])
-    if results.tables_belong_together():
-        found = duck.execute(f"SELECT {columns} FROM {pairs}) WHERE distance_m IS NOT NULL").fetchnumpy()
-        each = np.ma.filled(duck.execute(f"SELECT n_pairs FROM {photos})").fetchnumpy()["n_pairs"], 0)
+    if not tables.restricted and results.tables_belong_together():
+        found = duck.execute(f"SELECT {columns} FROM {tables.pairs} WHERE distance_m IS NOT NULL").fetchnumpy()
+        each = np.ma.filled(duck.execute(f"SELECT n_pairs FROM {tables.photos}").fetchnumpy()["n_pairs"], 0)
         if int(each.sum()) == len(found["distance_m"]):
             return {**found, "row": np.repeat(np.arange(len(each)), each)}
     return duck.execute(
-        f"SELECT {columns}, row FROM {pairs}) JOIN (SELECT photo, file_row_number AS row FROM {photos}, "
-        "file_row_number = true)) USING (photo) WHERE distance_m IS NOT NULL ORDER BY row"
+        f"SELECT {columns}, row FROM {tables.pairs} JOIN (SELECT photo, file_row_number AS row FROM "
+        f"{_by_row(tables)}) USING (photo) WHERE distance_m IS NOT NULL ORDER BY row"
     ).fetchnumpy()
 
 
-def _nearest(results: Results, duck: Any) -> dict[str, Any]:
+def _nearest(tables: Counted, duck: Any) -> dict[str, Any]:
     """Return each person's distance to the nearest other one, where there is any, and their photo's row."""
-    photos, people = (f"read_parquet({quoted(results.folder.path(f'{t}.parquet'))}" for t in ("photos", "people"))
+    people = nearest_of(tables.pairs) if tables.restricted else tables.people
     return duck.execute(
-        f"SELECT nearest_m, row FROM {people}) JOIN (SELECT photo, file_row_number AS row FROM {photos}, "
-        "file_row_number = true)) USING (photo) WHERE nearest_m IS NOT NULL ORDER BY row"
+        f"SELECT nearest_m, row FROM {people} JOIN (SELECT photo, file_row_number AS row FROM {_by_row(tables)}) "
+        "USING (photo) WHERE nearest_m IS NOT NULL ORDER BY row"
     ).fetchnumpy()
 
 

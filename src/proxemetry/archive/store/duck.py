@@ -33,6 +33,11 @@ def attached(folder: Folder, threads: int | None = 1) -> Guarded:
     return Guarded(connected, folder)
 
 
+def named(name: str) -> str:
+    """Return a column's name as an SQL identifier, whatever signs it has."""
+    return '"' + name.replace('"', '""') + '"'
+
+
 def quoted(text: str) -> str:
     """Return a text as an SQL literal."""
     return "'" + text.replace("'", "''") + "'"

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
+from ...people.attributes import keys_of
 from ...scene import Scene
 from ...tables import TABLES, rows
 from .damage import BLANK, DIGEST, require_whole, seal
@@ -90,11 +91,15 @@ def _of_file(file: FileState | None) -> dict[str, int | None]:
 def record_of(scene: Scene, file: FileState | None = None) -> Record:
     """Return the row of a scene, and of the state that the file had when it was measured."""
     (photo,) = rows("photos", scene)
-    nested = {
+    nested: dict[str, list[dict[str, Any]]] = {
         table: [{k: v for k, v in row.items() if k != "photo"} for row in rows(table, scene)]
         for table in ("people", "pairs")
     }
-    return Record(_text({**photo, **nested, "scene": scene.to_json(), **_of_file(file)}), _counts(scene))
+    attributes = scene.people.attributes
+    for row, said in zip(nested["people"], attributes, strict=True):
+        row["attributes"] = dict(said) or None
+    fields = {**photo, **nested, "attributes": list(keys_of(attributes)), "scene": scene.to_json(), **_of_file(file)}
+    return Record(_text(fields), _counts(scene))
 
 
 def _counts(scene: Scene) -> Counts:
@@ -113,7 +118,8 @@ def structure() -> str:
     fields: dict[str, Any] = {c.name: c.kind for c in TABLES["photos"]}
     for table in ("people", "pairs"):
         fields[table] = [{c.name: c.kind for c in TABLES[table] if c.name != "photo"}]
-    fields |= {"scene": "VARCHAR", "file_bytes": "BIGINT", "file_modified_ns": "BIGINT"}
+    fields["people"][0]["attributes"] = "MAP(VARCHAR, VARCHAR)"
+    fields |= {"attributes": ["VARCHAR"], "scene": "VARCHAR", "file_bytes": "BIGINT", "file_modified_ns": "BIGINT"}
     return json.dumps([fields])
 
 

@@ -13,9 +13,11 @@ from pathlib import Path
 from typing import Any
 
 from ...errors import OutputError
-from ...files import FORMULA
 from ...scene import Scene
-from ...tables import TABLES, codebook_csv, safe_distance_columns
+from ...tables import (
+    TABLES,
+    codebook_csv,
+)
 from ...version import __version__
 from ..review.corrections import FILE as LOG_FILE
 from ..review.corrections import by_file, corrected_scenes, digest, entries_at, in_force
@@ -25,6 +27,7 @@ from .duck import attached, quoted
 from .folder import OVERLAYS, RUN_FILE, Folder, is_url
 from .identity import SETTINGS_SHA256
 from .parts import record_of, structure
+from .queries import as_cells, attributes_in, table_query
 from .scratch import scratch_folder
 
 TABLE_FORMATS = ("csv", "parquet")
@@ -148,17 +151,18 @@ class Results:
         made_of = f"KV_METADATA {{{_MADE_OF}: {quoted(self._state(safe_distance_m))}}}"
         duck = self.view()
         options = {"parquet": f"FORMAT parquet, COMPRESSION zstd, {made_of}", "csv": "FORMAT csv, HEADER"}
+        attributes = attributes_in(duck)
         for table in TABLES:
-            query = table_query(table, safe_distance_m)
+            query = table_query(table, safe_distance_m, attributes)
             # The Parquet file appears last, since it says of what the tables are made.
             with ExitStack() as files:
                 for form in (form for form in options if form in formats):
                     temporary = files.enter_context(target.writing(f"{table}.{form}"))
-                    rows = query if form == "parquet" else _as_cells(table, query)
+                    rows = query if form == "parquet" else as_cells(table, query, attributes)
                     duck.execute(f"COPY ({rows}) TO {quoted(temporary)} ({options[form]})")
                     if form == "parquet":  # the same rows, sorted already
                         query = f"FROM read_parquet({quoted(temporary)})"
-        target.write("codebook.csv", codebook_csv().encode())
+        target.write("codebook.csv", codebook_csv(attributes).encode())
 
     def tables_are_current(self, safe_distance_m: float | None = None) -> bool:
         """Return whether all tables are there and hold what `write_tables` would write now."""
@@ -220,36 +224,6 @@ class Results:
             {"rows": rows, "structure": structure()},
         )
         return f"{every} WHERE photo NOT IN (SELECT photo FROM corrected) UNION ALL BY NAME FROM corrected"
-
-
-def table_query(table: str, safe_distance_m: float | None) -> str:
-    """Return the SQL of one table over the view of `Results.view`."""
-    columns = ", ".join(c.name for c in TABLES[table])
-    if table == "photos":
-        limit = "NULL::DOUBLE" if safe_distance_m is None else f"{float(safe_distance_m)!r}::DOUBLE"
-        names = [c.name for c in safe_distance_columns(safe_distance_m)]
-        values = (
-            limit,
-            f"CASE WHEN {limit} IS NOT NULL AND n_pairs IS NOT NULL "
-            f"THEN len(list_filter(pairs, lambda p: p.distance_m < {limit})) END",
-        )
-        extra = ", ".join(f"{value} AS {name}" for name, value in zip(names, values, strict=True))
-        return f"SELECT {columns}, {extra} FROM measured ORDER BY photo"
-    key = "person" if table == "people" else "person_a, person_b"
-    return (
-        f"SELECT {columns} FROM (SELECT photo, unnest({table}, max_depth := 2) FROM "
-        f"(SELECT photo, {table} FROM measured)) ORDER BY photo, {key}"
-    )
-
-
-def _as_cells(table: str, query: str) -> str:
-    """Return the SQL of a table as CSV holds it, see `files.cell_of`."""
-    texts = [c.name for c in TABLES[table] if c.kind == "VARCHAR"]
-    cells = ", ".join(
-        f"CASE WHEN regexp_matches({name}, {quoted(FORMULA)}) THEN chr(39) || {name} ELSE {name} END AS {name}"
-        for name in texts
-    )
-    return f"SELECT * REPLACE ({cells}) FROM ({query})" if texts else query
 
 
 def write_run(folder: Folder, fields: Mapping[str, Any]) -> None:
