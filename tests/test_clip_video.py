@@ -179,6 +179,32 @@ def test_aggregates_name_nobody(made, tmp_path):
     assert np.isnan(np.load(tmp_path / "out" / "maps.npz")["density_persons_m2"]).all()  # four people are too few
 
 
+def test_only_pairs_count_whose_people_are_recorded_so(made, results, tmp_path, capsys):
+    content = json.loads((made / "walk.json").read_text())
+    for number, image in enumerate(content["images"]):
+        for k, person in enumerate(image["people"]):
+            sure = number % 3  # a third of the frames is mistaken
+            person["attributes"] = {"mask": ("no" if k < 2 else "yes") if sure else "unknown", "=1": "=2"}
+    (made / "masks.json").write_text(json.dumps(content))
+    assert video(made, tmp_path / "out", "--pairs-where", "mask=no", keypoints="masks.json") == 0
+    people = table(tmp_path / "out", "people")
+    assert sorted(p["attr_mask"] for p in people) == ["no", "no", "yes", "yes"]
+    assert {p["attr_=1"] for p in people} == {"'=2"}
+    (pair,) = table(tmp_path / "out", "exposure")
+    assert {pair["track_a"], pair["track_b"]} == {p["track"] for p in people if p["attr_mask"] == "no"}
+    summary = json.loads((tmp_path / "out" / "summary.json").read_text())
+    assert summary["pairs_where"] == "mask=no" and "mask=no" in summary["notes"][-1]
+    assert summary["n_tracks"] == 4 and len(table(results, "exposure")) == 6
+    import duckdb
+
+    (values,) = zip(*duckdb.sql(f"""SELECT "attr_=1" FROM '{tmp_path}/out/people.parquet'""").fetchall(), strict=True)
+    assert set(values) == {"=2"}
+    pytest.importorskip("pyreadstat")
+    assert main(["export", str(tmp_path / "out"), "--format", "spss"]) == 0
+    assert video(made, tmp_path / "out", "--pairs-where", "hat=1", keypoints="masks.json") == 2
+    assert "nobody has an attribute 'hat'; there are =1, mask" in capsys.readouterr().err
+
+
 def test_people_alone_tell_the_camera(made, tmp_path):
     code = main([
         "video", str(made / "walk.avi"), "--out", str(tmp_path / "out"), "--jobs", "0", "--focal-px",

@@ -67,11 +67,12 @@ def _text(value: object) -> str:
         return ""
     if isinstance(value, bool):
         return "true" if value else "false"
-    if isinstance(value, int | float):
-        number = float(value)
-        if math.isnan(number):
+    if isinstance(value, int):
+        return str(value) if abs(value) < 10**300 else "inf"
+    if isinstance(value, float):
+        if math.isnan(value):
             return ""
-        return str(int(number)) if number.is_integer() and abs(number) < 1e15 else repr(number)
+        return str(int(value)) if value.is_integer() and abs(value) < 1e15 else repr(value)
     if isinstance(value, str):
         return _plain(value)
     try:
