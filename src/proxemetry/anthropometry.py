@@ -24,7 +24,7 @@ from .errors import SettingsError
 #: detectors place them, `shoulder_height` is theirs above the sole; `pupils` is the interpupillary distance.
 LENGTHS = ("stature", "shoulder_height", "torso", "shoulders", "pupils", "head")
 
-#: The prior weight of children where a population has both: an assumption and a setting (docs/method.md, "Beforehand").
+#: The prior weight of children where a population has both: an assumption and a setting (docs/method.md, "Priors").
 CHILD_WEIGHT = 0.05
 
 

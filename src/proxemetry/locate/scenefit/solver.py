@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from ...arrays import FloatArray
 from .projection import DEPTH, FOCAL, HEADING, N_LOCAL, N_SHARED, TURN, BodyTables, project
 
-#: Degrees of freedom of Student's distribution (docs/method.md, "Evidence" and "Beforehand"): keypoints, floor, stated
+#: Degrees of freedom of Student's distribution (docs/method.md, "Evidence" and "Priors"): keypoints, floor, stated
 #: depths, camera.
 _KEYPOINT_DOF = 5.0
 _FLOOR_DOF = 3.0
