@@ -3,6 +3,7 @@
 import os
 import signal
 import sys
+import threading
 import time
 from multiprocessing import get_context
 from pathlib import Path
@@ -23,7 +24,7 @@ def _hears_ctrl_c(process: int) -> bool:
 def test_ctrl_c_while_held_is_answered_afterwards() -> None:
     reached = False
     with pytest.raises(KeyboardInterrupt), held_interrupts():
-        os.kill(os.getpid(), signal.SIGINT)
+        signal.pthread_kill(threading.get_ident(), signal.SIGINT)
         reached = True
     assert reached
     assert signal.SIGINT not in signal.pthread_sigmask(signal.SIG_BLOCK, [])

@@ -1,5 +1,6 @@
 """`proxemetry` and `python -m proxemetry`."""
 
+import os
 import sys
 
 #: What a shell returns for a command that Ctrl-C ended.
@@ -9,10 +10,24 @@ INTERRUPTED = 130
 def main() -> int:
     """Run the command line; Ctrl-C while it is still loading ends without a traceback, too."""
     try:
+        _name_files_in_utf8()
         from .cli import main
     except KeyboardInterrupt:
         return INTERRUPTED
     return main()
+
+
+def _name_files_in_utf8() -> None:
+    """Begin again in Python's UTF-8 mode where the locale would have files named otherwise, as ISO-8859-1 does.
+
+    A photo's name in the tables is the same on every machine then, and no name is beyond what can be opened. Python
+    does it by itself in the C locale, unless PYTHONUTF8=0 forbids it. What is printed stays in the terminal's encoding.
+    """
+    if os.name != "posix" or sys.flags.utf8_mode or sys.getfilesystemencoding() == "utf-8":
+        return
+    encoding = getattr(sys.stdout, "encoding", None) or "ascii"
+    environment = {**os.environ, "PYTHONUTF8": "1", "PYTHONIOENCODING": f"{encoding}:backslashreplace"}
+    os.execve(sys.executable, [sys.executable, "-m", "proxemetry", *sys.argv[1:]], environment)
 
 
 if __name__ == "__main__":

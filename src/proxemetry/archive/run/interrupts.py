@@ -13,7 +13,7 @@ from typing import Any
 
 @contextmanager
 def held_interrupts() -> Generator[None]:
-    """Hold Ctrl-C back meanwhile; it is answered afterwards. Processes started meanwhile never hear it.
+    """Hold Ctrl-C back from this thread; it is answered afterwards. Processes started meanwhile never hear it.
 
     A new process inherits what is held back, and so has no moment, while it imports, in which Ctrl-C makes a traceback.
     Where a system has no such thing (Windows), nothing is held back.
