@@ -29,10 +29,10 @@ from benchmarks.accuracy.fixed_camera_data import (
     recorded_detector,
 )
 from proxemetry.arrays import FloatArray
-from proxemetry.calibration.identity import linked
-from proxemetry.calibration.people import LEAST_SEEN, Gathered, PeopleFit, from_people
+from proxemetry.calibration.people import PeopleFit
 from proxemetry.calibration.points import FloorPoints, from_points, open_camera
 from proxemetry.camera import Camera, CameraEstimate, Mount
+from proxemetry.cli.calibrate_people import of_frames
 from proxemetry.measure import Settings, place
 
 FRAMES_PER_S = 10.0
@@ -87,11 +87,7 @@ def pairs_of(frames: Sequence[Frame], camera: Camera, mount: Mount | None) -> Pa
 
 def by_people(frames: Sequence[Frame], camera: Camera, focal_known: bool) -> PeopleFit:
     """Return what the people of all frames say, false detections included."""
-    gathered = Gathered()
-    who = linked([f.people for f in frames], [f.number / FRAMES_PER_S for f in frames])
-    for frame, persons in zip(frames, who, strict=True):
-        gathered.add(frame.people, persons.tolist())
-    return from_people(gathered, camera, focal_known=focal_known, least_seen=LEAST_SEEN)
+    return of_frames([(f.number / FRAMES_PER_S, f.people) for f in frames], camera, focal_known)
 
 
 def by_points(true: FixedCamera, camera: Camera, rng: np.random.Generator, focal_known: bool) -> Mount:

@@ -89,7 +89,7 @@ class Gathered:
                 taken.append(int(k))
                 of_person[int(persons[k])] = seen + 1
         taken.sort()
-        return _joined([self._kept[kept[k]][0] for k in taken]), persons[taken]
+        return joined_people([self._kept[kept[k]][0] for k in taken]), persons[taken]
 
 
 def whole(people: People) -> NDArray[np.bool_]:
@@ -104,7 +104,8 @@ def whole(people: People) -> NDArray[np.bool_]:
     return seen
 
 
-def _joined(parts: Sequence[People]) -> People:
+def joined_people(parts: Sequence[People]) -> People:
+    """Return the people of several photos as those of one."""
     return People(
         parts[0].skeleton,
         np.concatenate([p.keypoints_px for p in parts]),
@@ -113,6 +114,9 @@ def _joined(parts: Sequence[People]) -> People:
         person_scores=np.concatenate([p.person_scores for p in parts]),
         heading_rad=np.concatenate([p.heading_rad for p in parts]),
         heading_sd_rad=np.concatenate([p.heading_sd_rad for p in parts]),
+        source=parts[0].source,
+        depth_m=np.concatenate([p.depth_m for p in parts]),
+        depth_sd_m=np.concatenate([p.depth_sd_m for p in parts]),
     )  # fmt: skip
 
 
@@ -148,7 +152,7 @@ def from_people(
     ideal = camera.without_distortion()
     told = _pooled(people, persons, ideal, settings, focal_known)
     repeated = max(1.0, told.n_people / max(gathered.most_at_once, 1)) if recurring else 1.0
-    covariance = (told.covariance - told.habits) * repeated + told.habits
+    covariance = told.covariance_if_met(repeated)
     mount = _mount(told, covariance, camera, focal_known)
     n_people = round(told.n_people / repeated)
     return PeopleFit(

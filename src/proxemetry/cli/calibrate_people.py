@@ -4,51 +4,70 @@ from __future__ import annotations
 
 import argparse
 import itertools
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
 
 from ..calibration.identity import linked
 from ..calibration.people import LEAST_SEEN, Gathered, PeopleFit, from_people
 from ..camera import Camera
-from ..errors import PhotoError, SettingsError
+from ..clip.floor_identity import followed
+from ..errors import CameraError, PhotoError, SettingsError
 from ..people import People, PoseBackend
 from ..photo import Photo
 from ..pose import backend_named
 from ..pose.recorded import Recorded
 from .named_pictures import CLIPS, FPS, MOST_FRAMES, first_photos, frames_of
 
-#: Frames are linked together so many at a time: what is kept of a clip that never ends.
-_AT_ONCE = 200
-
 
 def people_fit(args: argparse.Namespace, camera: Camera, focal_known: bool) -> PeopleFit:
     """Return the camera that the people tell; raises SettingsError where there are no photos of them."""
-    backend = backend_named(args.pose)
-    gathered, following = Gathered(), False
-    stream = _seen(args, backend, camera)
-    number = 0
-    while batch := list(itertools.islice(stream, _AT_ONCE)):
-        following = batch[0][0] is not None
-        times = [n if t is None else t for n, (t, _) in enumerate(batch)]
-        frames = [people for _, people in batch]
-        who = linked(frames, times) if following else [range(len(p)) for p in frames]
-        highest = number
-        for people, persons in zip(frames, who, strict=True):
-            named = [number + int(k) for k in persons]
-            gathered.add(people, named)
-            highest = max([highest, *(n + 1 for n in named)])
-            if not following:
-                number = highest
-        number = highest
-    if not gathered.n_frames:
+    stream = _seen(args, backend_named(args.pose), camera)
+    first = next(stream, None)
+    if first is None:
         raise SettingsError("give photos or a clip of the camera, or --points, --length, --homography, --height-m")
-    return from_people(
-        gathered,
-        camera,
-        focal_known=focal_known,
-        recurring=not (following or args.different_people),
-        least_seen=LEAST_SEEN if following else 1,
-    )
+    frames = itertools.chain([first], stream)
+    if first[0] is None:
+        return _of_photos(frames, camera, focal_known, args.different_people)
+    return of_frames([(now or 0.0, people) for now, people in frames], camera, focal_known)
+
+
+def _of_photos(
+    photos: Iterable[tuple[float | None, People]], camera: Camera, focal_known: bool, different_people: bool
+) -> PeopleFit:
+    """Return what photos tell that do not follow each other: nobody knows who is in two of them."""
+    gathered, met = Gathered(), 0
+    for _, people in photos:
+        gathered.add(people, range(met, met + len(people)))
+        met += len(people)
+    return from_people(gathered, camera, focal_known=focal_known, recurring=not different_people)
+
+
+def of_frames(frames: list[tuple[float, People]], camera: Camera, focal_known: bool) -> PeopleFit:
+    """Return what frames tell that follow each other.
+
+    People are followed by their boxes first. Where the focal length is known, the camera that they tell is good enough
+    to follow them over the floor, which loses fewer of them behind others, and they are asked again.
+    """
+    times, seen = [now for now, _ in frames], [people for _, people in frames]
+    fit = _of_people_followed(seen, linked(seen, times), camera, focal_known)
+    if not focal_known:
+        return fit
+    try:
+        return _of_people_followed(seen, followed(seen, times, fit.mount), camera, focal_known)
+    except CameraError:  # nobody could be followed so
+        return fit
+
+
+def _of_people_followed(
+    frames: Sequence[People], who: Sequence[NDArray[np.intp]], camera: Camera, focal_known: bool
+) -> PeopleFit:
+    gathered = Gathered()
+    for people, persons in zip(frames, who, strict=True):
+        gathered.add(people, persons.tolist())
+    return from_people(gathered, camera, focal_known=focal_known, least_seen=LEAST_SEEN)
 
 
 def _seen(args: argparse.Namespace, backend: PoseBackend, camera: Camera) -> Iterator[tuple[float | None, People]]:

@@ -1,8 +1,9 @@
 """One camera from people of many photos: their fits together, one body a person however often they are seen.
 
 Rows of one person share the lengths of one body. Each row answers for its place, heading and posture, each person for
-the lengths, and what is left tells the camera: three levels of the same normal equations. So the interval counts
-people, not detections.
+the lengths, each view (a photo of a camera that is carried about, or all photos of one that stays) for pitch, roll and
+height, and what is left tells the lens. So the interval counts people, not detections; and it holds what more people
+do not even out (`departures`).
 """
 
 from __future__ import annotations
@@ -17,162 +18,221 @@ from ...camera import Camera
 from ...people import People
 from .. import LocateSettings
 from .body_model import BodyModel, body_model
+from .departures import departures_of
 from .fit import explained_people, shared_prior
-from .projection import LOG_LENGTHS, N_LOCAL, N_SHARED
-from .solver import HypothesisBatch, SharedPrior, clip_step, evaluate_rows, solve_batch
+from .pooled_equations import N_LENGTHS, N_VIEW, OWN, Crowd, Equations, State, equations_of
+from .projection import DEPTH, FOCAL, LOG_LENGTHS, N_LOCAL, N_SHARED
+from .solver import HypothesisBatch, SharedPrior, clip_step, solve_batch
 
-#: How far a detector's idea of a joint may be from the body model's, of all people alike, in statures: as far as two
-#: networks' ideas of one are apart (`body_tables.DEFINITIONS`, and how ears, hips and shoulders were found to differ).
-HABIT_SD = 0.015
 _ITERATIONS, _SETTLED = 30, 1e-4
-_N_LENGTHS = LOG_LENGTHS.stop - LOG_LENGTHS.start
-# The unknowns of a row but for its lengths; then the lengths, the camera, and the gradient.
-_OWN = np.setdiff1d(np.arange(N_LOCAL), np.arange(LOG_LENGTHS.start, LOG_LENGTHS.stop))
-_ABOVE = np.concatenate([np.arange(LOG_LENGTHS.start, LOG_LENGTHS.stop), np.arange(N_LOCAL, N_LOCAL + N_SHARED + 1)])
-_B, _C = slice(0, _N_LENGTHS), slice(_N_LENGTHS, _N_LENGTHS + N_SHARED)
+_LONGEST_LENGTH_STEP = 0.1
+#: What is known of a row's depth beforehand, as a precision: nothing, but the equations stay solvable.
+_OPEN = 1e-6
+#: A focal length that is less well known than this is sought.
+_SOUGHT_SD = 0.1
 
 
 @dataclass(frozen=True, eq=False)
 class Pooled:
     """What the people of many photos say of their one camera.
 
-    shared: shape (N_SHARED,), in units of `camera`, with covariance (N_SHARED, N_SHARED); of it habits (N_SHARED,
-    N_SHARED) is what a detector's habits may do. n_people, n_detections: how many it rests on.
+    camera: what log focal length and principal point are relative to. shared: shape (N_SHARED,), of the first view.
+    covariance: shape (N_SHARED, N_SHARED), if everybody is another person; its first three rows are NaN where there is
+    more than one view. by_bodies: the part of it that people's own bodies make, which are the same again where people
+    recur. overdispersion: how much further people are off than the noise of their joints explains, as a factor on
+    variances. cost: negative log posterior. n_people, n_detections: how many it rests on.
     """
 
     camera: Camera
     shared: FloatArray
     covariance: FloatArray
-    habits: FloatArray
+    by_bodies: FloatArray
+    overdispersion: float
+    cost: float
     n_people: int
     n_detections: int
 
+    def covariance_if_met(self, times: float) -> FloatArray:
+        """Return the covariance where everybody is there so many times, and nobody knows who is who.
 
-@dataclass(frozen=True, eq=False)
-class _Bodies:
-    """The prior of each person's log lengths: mean and precision, shape (T, L) and (T, L, L)."""
-
-    mean: FloatArray
-    precision: FloatArray
+        The errors of one body add up at worst (Cauchy and Schwarz); noise and postures even out all the same.
+        """
+        return self.covariance + (times - 1.0) * self.by_bodies
 
 
-def pooled(people: People, camera: Camera, persons: NDArray[np.intp], settings: LocateSettings) -> Pooled | None:
+def pooled(
+    people: People, camera: Camera, persons: NDArray[np.intp], settings: LocateSettings,
+    views: NDArray[np.intp] | None = None,
+) -> Pooled | None:  # fmt: skip
     """Return the camera that people of many photos tell, or None where nobody is usable.
 
-    people: everybody of all photos, in undistorted pixels of `camera`. persons: shape (P,), who each of them is.
+    people: everybody of all photos, in undistorted pixels of `camera`. persons: shape (P,), who each of them is. views:
+    shape (P,), the photo of each, where the camera was carried about; nobody then counts as the same in two photos.
+    Without it the camera was in one place.
     """
-    model = body_model(people.skeleton)
-    prior = shared_prior(camera)
-    explained = explained_people(people, camera, prior, settings, model)
-    if explained is None:
+    model, prior = body_model(people.skeleton), shared_prior(camera)
+    carried = views is not None
+    views = np.zeros(len(people), dtype=np.intp) if views is None else views
+    found = _start(people, camera, persons, prior, settings, model, views)
+    if found is None:
         return None
-    rows, local, usable = explained.rows.taken(explained.first), explained.fit.local, explained.usable
-    names, owner = np.unique(persons[usable], return_inverse=True)
-    count, own = len(names), slice(LOG_LENGTHS.start, LOG_LENGTHS.stop)
-    bodies = _bodies(rows, owner, count)
-    free = rows.prior_precision.copy()
-    free[:, own, :] = free[:, :, own] = 0.0
-    rows = replace(rows, prior_precision=free)
-    lengths = _mean_of(local[:, own], owner, count)
-    local, lengths, shared = _solve(rows, owner, bodies, local, lengths, explained.fit.shared, prior)
-    top, _ = _reduced(rows, owner, bodies, local, lengths, shared)
-    _, prior_equations = prior.cost(shared)
-    inverse = np.asarray(np.linalg.inv(top[:, :-1] + prior_equations[:, :-1]), dtype=float)
-    habits = _habits(rows, owner, bodies, local, lengths, shared, inverse, model)
-    return Pooled(camera, shared, inverse + habits, habits, count, len(usable))
+    crowd, state, resolution = found
+    state = _solved(crowd, state, prior)
+    sought = camera.focal_rel_sd > _SOUGHT_SD
+    departures = departures_of(crowd.rows, state.local, state.cameras_of(crowd), model, resolution, sought)
+    equations = equations_of(crowd, state, prior, departures)
+    return _answer(camera, crowd, state, equations, prior, carried)
 
 
-def _bodies(rows: HypothesisBatch, owner: NDArray[np.intp], count: int) -> _Bodies:
-    """Return each person's prior: that of the kind of body, grown-up or child, that most of their rows look like."""
-    own = slice(LOG_LENGTHS.start, LOG_LENGTHS.stop)
+def _start(
+    people: People, camera: Camera, persons: NDArray[np.intp], prior: SharedPrior, settings: LocateSettings,
+    model: BodyModel, views: NDArray[np.intp],
+) -> tuple[Crowd, State, float] | None:  # fmt: skip
+    """Return everybody's likeliest explanation, view by view, where the search for one lens begins, and what a detector
+    resolves, in units of the focal length."""
+    batches: list[HypothesisBatch] = []
+    local: list[FloatArray] = []
+    cameras: list[FloatArray] = []
+    whose: list[NDArray[np.intp]] = []
+    resolution = 0.0
+    for number in np.unique(views):
+        mine = np.flatnonzero(views == number)
+        explained = explained_people(people[mine], camera, prior, settings, model)
+        if explained is not None:
+            resolution = explained.evidence.resolution
+            batches.append(explained.rows.taken(explained.first))
+            local.append(explained.fit.local)
+            cameras.append(explained.fit.shared)
+            whose.append(persons[mine[explained.usable]])
+    if not batches:
+        return None
+    rows, everybody, shared = HypothesisBatch.joined(batches), np.concatenate(local), np.array(cameras)
+    view = np.repeat(np.arange(len(whose)), list(map(len, whose)))
+    pairs = np.column_stack([view, np.concatenate(whose)])
+    _, first, owner = np.unique(pairs, axis=0, return_index=True, return_inverse=True)
+    owner, count = owner.reshape(-1), len(first)
+    mean, precision = _bodies(rows, owner, count)
+    rows = replace(rows, prior_precision=_without_repetition(rows.prior_precision))
+    lengths = np.zeros((count, N_LENGTHS))
+    np.add.at(lengths, owner, everybody[:, LOG_LENGTHS])
+    lengths /= np.bincount(owner, minlength=count)[:, None]
+    crowd = Crowd(rows, owner, view[first], mean, precision)
+    return crowd, State(everybody, lengths, shared[:, :N_VIEW], np.median(shared[:, N_VIEW:], axis=0)), resolution
+
+
+def _without_repetition(precision: FloatArray) -> FloatArray:
+    """Return the rows' prior precision without what would count again with every row.
+
+    That is a person's lengths, which are known once, and how far away people are photographed: a guess that hundreds
+    of rows turned into a certainty, which drew cameras and their focal length towards the people.
+    """
+    free = precision.copy()
+    free[:, LOG_LENGTHS, :] = free[:, :, LOG_LENGTHS] = 0.0
+    free[:, DEPTH, DEPTH] = _OPEN
+    return free
+
+
+def _bodies(rows: HypothesisBatch, owner: NDArray[np.intp], count: int) -> tuple[FloatArray, FloatArray]:
+    """Return each person's prior, mean (T, L) and precision (T, L, L): that of the kind of body, grown-up or child,
+    that most of their rows look like."""
     statures = rows.prior_mean[:, LOG_LENGTHS.start]
-    mean, precision = np.zeros((count, _N_LENGTHS)), np.zeros((count, _N_LENGTHS, _N_LENGTHS))
+    mean, precision = np.zeros((count, N_LENGTHS)), np.zeros((count, N_LENGTHS, N_LENGTHS))
     for person in range(count):
         mine = np.flatnonzero(owner == person)
         like = mine[np.argsort(statures[mine])[len(mine) // 2]]
-        mean[person], precision[person] = rows.prior_mean[like, own], rows.prior_precision[like, own, own]
-    return _Bodies(mean, precision)
+        mean[person] = rows.prior_mean[like, LOG_LENGTHS]
+        precision[person] = rows.prior_precision[like, LOG_LENGTHS, LOG_LENGTHS]
+    return mean, precision
 
 
-def _mean_of(values: FloatArray, owner: NDArray[np.intp], count: int) -> FloatArray:
-    total = np.zeros((count, values.shape[1]))
-    np.add.at(total, owner, values)
-    return total / np.bincount(owner, minlength=count)[:, None]
-
-
-def _solve(
-    rows: HypothesisBatch, owner: NDArray[np.intp], bodies: _Bodies, local: FloatArray, lengths: FloatArray,
-    shared: FloatArray, prior: SharedPrior,
-) -> tuple[FloatArray, FloatArray, FloatArray]:  # fmt: skip
-    """Return the best local unknowns, lengths and camera, everybody's rows with one body."""
+def _solved(crowd: Crowd, state: State, prior: SharedPrior) -> State:
+    """Return the best state: everybody's rows with one body, one lens for all views."""
+    state = _with_lengths(crowd, state)
     for _ in range(_ITERATIONS):
-        local = local.copy()
-        local[:, LOG_LENGTHS] = lengths[owner]
-        top, back = _reduced(rows, owner, bodies, local, lengths, shared)
-        _, prior_equations = prior.cost(shared)
-        total = top + prior_equations
-        step = solve_batch(total[:, :-1], total[:, -1])
-        _, step = clip_step(np.zeros((1, N_LOCAL)), step)
-        longer = back.person[..., -1] - back.person[..., :-1] @ step
-        above = np.concatenate([longer[owner], np.broadcast_to(step, (len(owner), N_SHARED))], axis=1)
-        move = back.row[..., -1] - (back.row[..., :-1] @ above[..., None])[..., 0]
-        moved = np.zeros_like(local)
-        moved[:, _OWN] = move
-        moved, _ = clip_step(moved, step)
-        local, shared = local + moved, shared + step
-        lengths = lengths + np.clip(longer, -0.1, 0.1)
-        if np.abs(step).max() < _SETTLED and np.abs(longer).max() < 10 * _SETTLED:
+        state, longest = _stepped(crowd, state, equations_of(crowd, state, prior))
+        if longest < _SETTLED:
             break
-    local[:, LOG_LENGTHS] = lengths[owner]
-    return local, lengths, shared
+    return state
 
 
-@dataclass(frozen=True, eq=False)
-class _Back:
-    """How what was eliminated answers: each row's own unknowns to (lengths, camera, gradient), each person's lengths to
-    (camera, gradient)."""
-
-    row: FloatArray
-    person: FloatArray
+def _with_lengths(crowd: Crowd, state: State) -> State:
+    local = state.local.copy()
+    local[:, LOG_LENGTHS] = state.lengths[crowd.person]
+    return replace(state, local=local)
 
 
-def _reduced(
-    rows: HypothesisBatch, owner: NDArray[np.intp], bodies: _Bodies, local: FloatArray, lengths: FloatArray,
-    shared: FloatArray, normal: FloatArray | None = None,
-) -> tuple[FloatArray, _Back]:  # fmt: skip
-    """Return what all rows say of the camera, hessian and gradient (N_SHARED, N_SHARED + 1), and the way back.
+def _stepped(crowd: Crowd, state: State, equations: Equations) -> tuple[State, float]:
+    """Return the state after a step of everything, no longer than the model's linearity carries, and its length."""
+    lens = solve_batch(equations.lens[:, :-1], equations.lens[:, -1])
+    every_lens = np.tile(lens, (len(state.places), 1))
+    cameras = np.concatenate([equations.views.step(every_lens), every_lens], axis=1)
+    _, cameras = clip_step(np.zeros((1, N_LOCAL)), cameras)
+    camera = cameras[crowd.view]
+    longer = equations.people.step(camera)
+    lengths = np.clip(longer, -_LONGEST_LENGTH_STEP, _LONGEST_LENGTH_STEP)
+    moved = np.zeros_like(state.local)
+    moved[:, OWN] = equations.rows.step(np.concatenate([lengths, camera], axis=1)[crowd.person])
+    moved, _ = clip_step(moved, np.zeros(N_SHARED))
+    after = State(
+        state.local + moved, state.lengths + lengths, state.places + cameras[:, :N_VIEW],
+        state.lens + cameras[0, N_VIEW:],
+    )  # fmt: skip
+    return _with_lengths(crowd, after), float(max(np.abs(cameras).max(), np.abs(longer).max() / 10))
 
-    With `normal` equations (R, ..) given, they are those of the rows, and the bodies' own pull is left out.
+
+def _answer(
+    camera: Camera, crowd: Crowd, state: State, equations: Equations, prior: SharedPrior, carried: bool
+) -> Pooled:
+    """Return the camera with its covariance: of what people say, of how far they disagree, and of departures."""
+    people = equations.people
+    if carried:
+        hessian, data = equations.lens, equations.views.left.sum(axis=0)
+        # what a view makes of what its people say: its own pitch, roll and height answer first
+        answer = equations.views.response[crowd.view]
+        left = people.left[:, N_VIEW:] - np.swapaxes(answer, 1, 2) @ people.left[:, :N_VIEW]
+        sensitivity = people.response[..., N_VIEW:] - people.response[..., :N_VIEW] @ answer
+        groups, asked = crowd.view, np.array([0])
+    else:
+        data = equations.by_view[0]
+        hessian = data.copy()
+        hessian[:, :N_SHARED] += prior.cost(state.cameras(np.zeros(1, dtype=np.intp)))[1][0, :, :-1]
+        left, sensitivity = people.left, people.response
+        groups, asked = np.arange(len(crowd.view)), np.arange(FOCAL + 1)
+    count = len(data)
+    inverse = np.asarray(np.linalg.inv(hessian[:, :count]), dtype=float)
+    by_bodies = inverse @ np.einsum("tla,tlm,tmb->ab", sensitivity, crowd.precision, sensitivity) @ inverse
+    by_data = inverse @ data[:, :count] @ inverse
+    pulls = np.zeros((int(groups.max()) + 1, count))
+    np.add.at(pulls, groups, left[..., -1 - _n_departures(data)])
+    excess = _overdispersion(inverse @ pulls.T, np.diag(by_data), asked)
+    shifts = inverse @ data[:, count + 1 :]
+    covariance = inverse + (excess - 1) * by_data + shifts @ shifts.T
+    if carried:
+        covariance, by_bodies = (_beside_open_places(part) for part in (covariance, by_bodies))
+    shared = np.append(state.places[0], state.lens)
+    return Pooled(camera, shared, covariance, by_bodies, excess, equations.cost, len(state.lengths), len(crowd.rows))
+
+
+def _n_departures(normal: FloatArray) -> int:
+    return normal.shape[1] - normal.shape[0] - 1
+
+
+def _overdispersion(pulls: FloatArray, stated: FloatArray, asked: NDArray[np.intp]) -> float:
+    """Return how many times further people are off than the noise of their joints explains, as a factor on variances.
+
+    pulls: shape (n, G), how each group, a person or a photo, pulls at the camera; stated: shape (n,), the variances of
+    their sum. White's estimate of these, averaged over the unknowns `asked`; 1 where groups are too few to tell.
     """
-    pull = np.zeros_like(lengths)
-    if normal is None:
-        normal, _, _ = evaluate_rows(rows, local, shared)
-        pull = (bodies.precision @ (bodies.mean - lengths)[..., None])[..., 0]
-    by_row = solve_batch(normal[:, _OWN[:, None], _OWN], normal[:, _OWN[:, None], _ABOVE])
-    left = normal[:, _ABOVE[:-1, None], _ABOVE] - normal[:, _ABOVE[:-1, None], _OWN] @ by_row
-    person = np.zeros((len(lengths), *left.shape[1:]))
-    np.add.at(person, owner, left)
-    person[:, _B, _B] += bodies.precision
-    person[:, _B, -1] += pull
-    by_person = solve_batch(person[:, _B, _B], person[:, _B, _N_LENGTHS:])
-    top = (person[:, _C, _N_LENGTHS:] - person[:, _C, _B] @ by_person).sum(axis=0)
-    return top, _Back(by_row, by_person)
+    unknown = stated > 1e-9
+    asked = asked[unknown[asked]]
+    groups = pulls.shape[1]
+    if groups < 3 * len(asked) or not len(asked):
+        return 1.0
+    found = (pulls[asked] ** 2).sum(axis=1) * groups / (groups - 1)
+    return float(max(1.0, np.mean(found / stated[asked])))
 
 
-def _habits(
-    rows: HypothesisBatch, owner: NDArray[np.intp], bodies: _Bodies, local: FloatArray, lengths: FloatArray,
-    shared: FloatArray, inverse: FloatArray, model: BodyModel,
-) -> FloatArray:  # fmt: skip
-    """Return the covariance (N_SHARED, N_SHARED) of a detector's habits: each kind of joint seen too high or low."""
-    normal, _, _ = evaluate_rows(rows, local, shared)
-    result = np.zeros((N_SHARED, N_SHARED))
-    for kind in model.kinds.values():
-        table = rows.bodies.table.copy()
-        table[:, 2, kind, -1] += HABIT_SD
-        there, _, _ = evaluate_rows(replace(rows, bodies=replace(rows.bodies, table=table)), local, shared)
-        other = normal.copy()
-        other[..., -1] = there[..., -1] - normal[..., -1]
-        top, _ = _reduced(rows, owner, bodies, local, lengths, shared, other)
-        shift = inverse @ top[:, -1]
-        result += np.outer(shift, shift)
-    return result
+def _beside_open_places(lens: FloatArray) -> FloatArray:
+    whole = np.full((N_SHARED, N_SHARED), np.nan)
+    whole[N_VIEW:, N_VIEW:] = lens
+    return whole

@@ -13,6 +13,7 @@ The world frame is the camera's, turned so that y points along gravity; a row's 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -66,6 +67,12 @@ class BodyTables:
         # in one piece, for the products to take them as they lie
         flat, head = (np.ascontiguousarray(part[posture]) for part in (table, model.head.swapaxes(1, 2)))
         return cls(flat, head, torso[posture])
+
+    @classmethod
+    def joined(cls, parts: Sequence[BodyTables]) -> BodyTables:
+        """Return the tables of all rows of several."""
+        names = ("table", "head", "torso")
+        return cls(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
 
     def taken(self, index: NDArray[np.intp]) -> BodyTables:
         """Return the tables of some of the rows."""

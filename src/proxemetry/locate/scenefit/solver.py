@@ -7,6 +7,7 @@ floor's distance, stated depths and the camera's prior: an outlier loses its pul
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -71,6 +72,13 @@ class HypothesisBatch:
         mean = self.prior_mean.copy()
         mean[:, HEADING] = heading + np.angle(np.exp(1j * (mean[:, HEADING] - heading)))
         return replace(self, prior_mean=mean)
+
+    @classmethod
+    def joined(cls, parts: Sequence[HypothesisBatch]) -> HypothesisBatch:
+        """Return all rows of several."""
+        fields = [name for name in cls.__dataclass_fields__ if name != "bodies"]
+        joined = {name: np.concatenate([getattr(part, name) for part in parts]) for name in fields}
+        return cls(**joined, bodies=BodyTables.joined([part.bodies for part in parts]))
 
     def with_precision(self, precision: FloatArray) -> HypothesisBatch:
         """Return the rows with other keypoint noise (R, K)."""
@@ -247,6 +255,24 @@ def evaluate_rows(
     rows: HypothesisBatch, local: FloatArray, shared: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return normal equations, cost and keypoint weights of each row, without what is known of the camera."""
+    equations, noise, cost, weights = weighted_equations(rows, local, shared)
+    normal = (equations[..., :-1] * noise[..., None]).transpose(0, 2, 1) @ equations
+
+    precision, pull, known = known_of_rows(rows, local)
+    normal[:, :N_LOCAL, :N_LOCAL] += precision
+    normal[:, :N_LOCAL, -1] += pull
+    cost += known
+    return normal, cost, weights
+
+
+def weighted_equations(
+    rows: HypothesisBatch, local: FloatArray, shared: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Return what each row's keypoints and sole say: equations, their robust precision, their cost, keypoint weights.
+
+    equations: shape (R, 2 K + 1, N_LOCAL + N_SHARED + 1), derivatives and, last, residuals, as `project` orders them;
+    precision: shape (R, 2 K + 1).
+    """
     projected = project(local, shared, rows.bodies)
     count, joints = rows.precision.shape
     residual = rows.points - projected.points
@@ -255,24 +281,26 @@ def evaluate_rows(
     weights = (1 + 2 / _KEYPOINT_DOF) / off_keypoints
     cost = (_KEYPOINT_DOF + 2) / 2 * np.log(off_keypoints).sum(axis=1) + (_FLOOR_DOF + 1) / 2 * np.log(off_floor)
 
-    noise = np.empty((count, 2 * joints + 1, 1))
-    noise[:, :joints, 0] = noise[:, joints:-1, 0] = weights * rows.precision**2
-    noise[:, -1, 0] = (1 + 1 / _FLOOR_DOF) / off_floor * rows.floor_precision**2
+    noise = np.empty((count, 2 * joints + 1))
+    noise[:, :joints] = noise[:, joints:-1] = weights * rows.precision**2
+    noise[:, -1] = (1 + 1 / _FLOOR_DOF) / off_floor * rows.floor_precision**2
     equations = projected.equations
     equations[:, :-1, -1], equations[:, -1, -1] = residual.reshape(count, -1), -projected.floor
-    normal = (equations[..., :-1] * noise).transpose(0, 2, 1) @ equations
+    return equations, noise, cost, weights
 
+
+def known_of_rows(rows: HypothesisBatch, local: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return what is known of each row's own unknowns besides its keypoints: precision (R, N_LOCAL, N_LOCAL), pull
+    (R, N_LOCAL) and cost (R,), of the prior and of a stated depth."""
     off = rows.prior_mean - local
     pull = (rows.prior_precision @ off[..., None])[..., 0]
-    normal[:, :N_LOCAL, :N_LOCAL] += rows.prior_precision
-    normal[:, :N_LOCAL, -1] += pull
-    cost += 0.5 * (off * pull).sum(axis=1)
+    cost = 0.5 * (off * pull).sum(axis=1)
     away = rows.log_depth - local[:, DEPTH]
     told = stated_depth_precision(rows, local)
-    normal[:, DEPTH, DEPTH] += told
-    normal[:, DEPTH, -1] += told * away
-    cost += (_DEPTH_DOF + 1) / 2 * np.log1p((away * rows.depth_precision) ** 2 / _DEPTH_DOF)
-    return normal, cost, weights
+    precision = rows.prior_precision.copy()
+    precision[:, DEPTH, DEPTH] += told
+    pull[:, DEPTH] += told * away
+    return precision, pull, cost + (_DEPTH_DOF + 1) / 2 * np.log1p((away * rows.depth_precision) ** 2 / _DEPTH_DOF)
 
 
 def stated_depth_precision(rows: HypothesisBatch, local: FloatArray) -> FloatArray:

@@ -1,0 +1,108 @@
+"""One camera from the people of many photos: what counts once, what counts more often, and what never evens out."""
+
+import math
+
+import numpy as np
+import pytest
+from test_mount import photo
+
+import proxemetry.locate.scenefit.pooled as pooled_module
+from proxemetry.calibration.people import joined_people
+from proxemetry.camera import Camera, Mount
+from proxemetry.clip.floor_identity import followed
+from proxemetry.locate import LocateSettings
+from proxemetry.locate.scenefit.pooled import _overdispersion, _without_repetition, pooled
+from proxemetry.locate.scenefit.projection import DEPTH, LOG_LENGTHS, N_LOCAL
+from proxemetry.people import People
+from proxemetry.people.skeleton import COCO_17
+
+LENS = Camera.centred(1200, 1920, 1080)
+OPEN = Camera.centred(1700, 1920, 1080, focal_rel_sd=0.5)
+PITCH, ROLL, HEIGHT, FOCAL = range(4)
+
+
+def crowd(count=8, pitches=(0.3,), depths_m=(7, 18), first=0):
+    """Return people of photos before a camera 5 m high, who each is, and which photo each is in."""
+    parts = [photo(first + k, count=4, pitch=pitches[k % len(pitches)], height_m=5.0, depths_m=depths_m)[0]
+             for k in range(count)]  # fmt: skip
+    people = joined_people(parts)
+    return people, np.arange(len(people)), np.repeat(np.arange(count), [len(p) for p in parts])
+
+
+def told(people, persons, camera=LENS, views=None):
+    return pooled(people, camera, persons, LocateSettings(), views)
+
+
+def test_what_is_known_once_does_not_count_with_every_row():
+    whole = np.arange(3.0)[:, None, None] + np.eye(N_LOCAL) * 5 + np.full((N_LOCAL, N_LOCAL), 0.1)
+    free = _without_repetition(whole)
+    # lengths are the person's, and how far away people are photographed is a guess about one photo
+    assert not free[:, LOG_LENGTHS].any() and not free[:, :, LOG_LENGTHS].any()
+    assert (free[:, DEPTH, DEPTH] <= 1e-3).all()
+    kept = np.setdiff1d(np.arange(N_LOCAL), [DEPTH, *range(LOG_LENGTHS.start, LOG_LENGTHS.stop)])
+    assert (free[:, kept[:, None], kept] == whole[:, kept[:, None], kept]).all()
+
+
+def test_a_lens_that_was_carried_about_is_told_by_all_photos_together():
+    people, persons, views = crowd(12, pitches=(0.2, 0.3, 0.42))
+    found = told(people, persons, OPEN, views)
+    f_px, sd = OPEN.f_px * math.exp(found.shared[FOCAL]), math.sqrt(found.covariance[FOCAL, FOCAL])
+    assert abs(math.log(f_px / 1200)) < 2.5 * sd and sd < 0.12
+    assert np.isnan(found.covariance[:3]).all() and not np.isnan(found.covariance[3:, 3:]).any()
+    one = told(people[views == 0], persons[views == 0], OPEN, views[views == 0])
+    assert one.covariance[FOCAL, FOCAL] > 2 * found.covariance[FOCAL, FOCAL]
+
+
+def test_the_order_of_photos_does_not_matter():
+    people, persons, views = crowd(5, pitches=(0.2, 0.35))
+    order = np.random.default_rng(0).permutation(len(people))
+    one, other = told(people, persons, OPEN, views), told(people[order], persons[order], OPEN, 7 - views[order])
+    assert other.shared[FOCAL] == pytest.approx(one.shared[FOCAL], abs=2e-3)
+
+
+def test_people_met_again_add_their_bodies_errors_and_no_more():
+    found = told(*crowd()[:2])
+    assert np.allclose(found.covariance_if_met(1.0), found.covariance)
+    more = found.covariance_if_met(4.0) - found.covariance
+    assert np.allclose(more, 3 * found.by_bodies)
+    # a height hangs on statures above all; 32 people of 5 % each, and their share of the whole
+    assert 0.005 < math.sqrt(found.by_bodies[HEIGHT, HEIGHT]) < 0.03
+    assert np.linalg.eigvalsh(found.covariance - found.by_bodies).min() > -1e-12
+
+
+def test_people_who_disagree_widen_it():
+    stated, asked = np.array([4.0, 9.0, 1.0]), np.array([0, 1])
+    agree = np.tile([[1.0, -1.0], [1.5, -1.5], [50.0, -50.0]], 4) / math.sqrt(2)  # the last is not asked
+    assert _overdispersion(agree, stated, asked) == pytest.approx(8 / 7)
+    assert _overdispersion(3 * agree, stated, asked) == pytest.approx(9 * 8 / 7)
+    assert _overdispersion(agree / 3, stated, asked) == 1.0  # never surer than the noise allows
+    assert _overdispersion(9 * agree[:, :4], stated, asked) == 1.0  # four people do not tell
+
+
+def test_what_more_people_do_not_even_out_stays(monkeypatch):
+    people, persons, views = crowd(8, pitches=(0.25, 0.4))
+    whole = told(people, persons, OPEN, views)
+    none = lambda *args: np.zeros((1, len(people), 2 * args[0].precision.shape[1] + 1))  # noqa: E731
+    monkeypatch.setattr(pooled_module, "departures_of", none)
+    bare = told(people, persons, OPEN, views)
+    assert whole.shared[FOCAL] == pytest.approx(bare.shared[FOCAL])
+    assert math.sqrt(whole.covariance[FOCAL, FOCAL] - bare.covariance[FOCAL, FOCAL]) > 0.02
+
+
+def test_people_are_followed_over_the_floor_through_a_crossing():
+    mount = Mount.stated(0.3, 0.0, 5.0, camera=LENS)
+    from proxemetry.camera.floor_view import to_pixels
+
+    frames, times = [], [k / 5 for k in range(20)]
+    for t in times:
+        feet = np.array([(-3 + 1.4 * t, 12.0), (3 - 1.4 * t, 13.2)])
+        below, above = to_pixels(mount, feet), to_pixels(mount, feet, 1.7)
+        keypoints = np.full((2, 17, 2), np.nan)
+        keypoints[:, 15:] = below[:, None]
+        size = (below[:, 1] - above[:, 1])[:, None] * (0.2, 0.0)
+        frames.append(People(COCO_17, keypoints, np.where(np.isnan(keypoints[..., 0]), 0.0, 0.9),
+                             boxes_px=np.concatenate([above - size, below + size], axis=1)))  # fmt: skip
+    who = np.array(followed(frames, times, mount))
+    assert (who == who[0]).all() and who[0, 0] != who[0, 1]
+    alone = followed([People.none(COCO_17), frames[0]], [0.0, 30.0], mount)
+    assert len(alone[0]) == 0 and len(set(alone[1].tolist())) == 2
