@@ -5,6 +5,7 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -22,7 +23,7 @@ from proxemetry.photo import Photo
 from proxemetry.scene import Scene
 from proxemetry.settings import Settings
 from proxemetry.web.app import create_app
-from proxemetry.web.serve import configuration
+from proxemetry.web.serve import Application, configuration
 from proxemetry.web.session import Review
 from synthetic.drawn import people_at
 from synthetic.manifests import listed_photos
@@ -112,11 +113,18 @@ def write_results(location: Path, photos: Path, scenes: list[Scene]) -> Results:
 @contextmanager
 def served(review: Review) -> Iterator[tuple[str, str]]:
     """Yield the origin and the token of a review's page, served by a thread."""
+    with serving(partial(create_app, review)) as address:
+        yield address
+
+
+@contextmanager
+def serving(application: Application) -> Iterator[tuple[str, str]]:
+    """Yield the origin and the token of a page, served by a thread."""
     listener = socket.socket()
     listener.bind(("127.0.0.1", 0))
     listener.listen()  # before anybody asks
     host = f"127.0.0.1:{listener.getsockname()[1]}"
-    app = create_app(review, TOKEN, (host, host.replace("127.0.0.1", "localhost")))
+    app = application(TOKEN, (host, host.replace("127.0.0.1", "localhost")))
     server = uvicorn.Server(configuration(app))
     thread = threading.Thread(target=server.run, kwargs={"sockets": [listener]}, daemon=True)
     thread.start()

@@ -75,6 +75,8 @@ class Project:
         self._looking = threading.Lock()
         self.log = AnnotationLog(self.out / LOG_FILE)
         self._entries: list[Action] = []
+        #: How many entries of the log cannot be followed any more.
+        self.lost = 0
         self.now, self._history = Annotations(), history(())
         self._catch_up()
         self.write()

@@ -26,6 +26,7 @@ COMMANDS: dict[str, str] = {
     "summary": "an archive's figures by year, country, folder or any column",
     "export": "results for other programs: SPSS, COCO keypoints, the tables anew, the codebook",
     "score": "score predictions against a benchmark's labels, or check a labels folder",
+    "annotate": "make a benchmark of your own photos: points, taped places, label files, scores",
     "benchmark": "run methods on a benchmark's photos, or its annotated points, and score them",
     "report": "write one self-contained page on a results folder",
     "review": "look through the photos in the browser and correct what is wrong",

@@ -2,7 +2,7 @@
 
 export class Problem extends Error {}
 
-async function ask(path, options) {
+export async function ask(path, options) {
   let answer;
   try {
     answer = await fetch(path, { credentials: "same-origin", ...options });

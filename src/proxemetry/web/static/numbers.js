@@ -12,6 +12,16 @@ export function typedNumber(text) {
   return value;
 }
 
+// A length or, `signed`, a coordinate in metres; throws NotANumber for anything else, emptiness included.
+export function typedMetres(text, signed = false) {
+  const trimmed = text.trim().replace(/^[−–]/, "-");
+  const fits = signed ? /^-?\d+([.,]\d+)?$/ : /^\d+([.,]\d+)?$/;
+  if (!fits.test(trimmed)) throw new NotANumber(`"${trimmed.slice(0, 20)}" is no number of metres: write it like 2.4 or 2,4`);
+  const value = Number(trimmed.replace(",", "."));
+  if (!signed && value === 0) throw new NotANumber("A distance is more than 0.");
+  return value;
+}
+
 // Lenses for photos of people; what lies outside is asked about, not refused.
 export const USUAL_35MM = [8, 800];
 const DIAGONAL_35MM = Math.hypot(36, 24);

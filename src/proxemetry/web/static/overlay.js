@@ -3,78 +3,29 @@
 import * as api from "./api.js";
 import { pairText, svg } from "./elements.js";
 import { place, placeBadges } from "./placement.js";
+import { ZoomedPhoto } from "./zoom.js";
 
 const MOST_SPARE_PAIRS = 1200;
 
-export class Overlay {
-  // `on` hears: choose(person), light({person, pair}), moved(person, joint, [x, y]), clicked([x, y]), failed(), zoomed().
+export class Overlay extends ZoomedPhoto {
+  // `on` hears: choose(person), light({person, pair}), moved(person, joint, [x, y]), clicked([x, y]), failed(), drawn().
   constructor(canvas, on) {
-    this.on = on;
-    this.things = svg("g");
-    this.image = svg("image", { x: 0, y: 0 });
-    this.image.addEventListener("error", () => on.failed());
-    this.root = svg("svg", { role: "group", "aria-label": "Photo with people and distances" }, this.image, this.things);
-    canvas.append(this.root);
-    this.observer = new ResizeObserver(() => this.fields && this.draw());
-    this.observer.observe(canvas);
-    this.root.addEventListener("wheel", (event) => this.wheel(event), { passive: false });
-    this.root.addEventListener("pointerdown", (event) => this.pressed(event));
-    this.root.addEventListener("dblclick", () => this.reset());
-  }
-
-  close() {
-    this.observer.disconnect();
+    super(canvas, "Photo with people and distances", on);
   }
 
   show(fields, state) {
     const other = this.fields?.id !== fields.id;
     this.fields = fields;
     this.state = state;
-    if (other) {
-      const wide = this.root.clientWidth * (window.devicePixelRatio || 1) > 1700;
-      this.image.setAttribute("width", fields.width);
-      this.image.setAttribute("height", fields.height);
-      if (fields.status === "failed") this.on.failed();
-      else this.image.setAttribute("href", api.picture(fields.id, wide ? 3200 : 1600));
-      this.reset();
-    } else this.draw();
+    if (other) this.open(fields, fields.status === "failed" ? null : (size) => api.picture(fields.id, size));
+    else this.draw();
   }
 
-  reset() {
-    this.box = [0, 0, this.fields.width || 1, this.fields.height || 1];
-    this.draw();
-  }
-
-  // Full-size pixels in one pixel of the screen.
-  get unit() {
-    return Math.max(this.box[2] / (this.root.clientWidth || 1), this.box[3] / (this.root.clientHeight || 1));
-  }
-
-  at(event) {
-    const point = new DOMPoint(event.clientX, event.clientY).matrixTransform(this.root.getScreenCTM().inverse());
-    return [point.x, point.y];
-  }
-
-  zoom(factor, [x, y] = [this.box[0] + this.box[2] / 2, this.box[1] + this.box[3] / 2]) {
-    const { width, height } = this.fields;
-    const w = Math.min(width, Math.max(width / 40, this.box[2] * factor));
-    const scale = w / this.box[2];
-    const h = this.box[3] * scale;
-    this.box = [
-      Math.min(Math.max(x - (x - this.box[0]) * scale, 0), width - w),
-      Math.min(Math.max(y - (y - this.box[1]) * scale, 0), height - h), w, h,
-    ];
-    this.draw();
-  }
-
-  wheel(event) {
-    event.preventDefault();
-    this.zoom(event.deltaY > 0 ? 1.2 : 1 / 1.2, this.at(event));
-  }
+  grabs = (event) => event.target.closest?.(".joint");
 
   pressed(event) {
     if (event.button !== 0) return;
-    const joint = event.target.closest?.(".joint");
+    const joint = this.grabs(event);
     if (this.state.adding) this.on.clicked(this.at(event));
     else if (joint) this.drag(event, joint);
     else this.pan(event);
@@ -94,33 +45,6 @@ export class Overlay {
       if (point) this.on.moved(Number(person), joint, point);
       else this.on.choose(Number(person));
     });
-  }
-
-  pan(event) {
-    const [x, y] = this.at(event);
-    this.follow(event, (e) => {
-      const now = this.at(e);
-      const { width, height } = this.fields;
-      this.box[0] = Math.min(Math.max(this.box[0] + x - now[0], 0), width - this.box[2]);
-      this.box[1] = Math.min(Math.max(this.box[1] + y - now[1], 0), height - this.box[3]);
-      this.root.setAttribute("viewBox", this.box.join(" "));
-    }, () => this.draw());
-  }
-
-  follow(event, move, done) {
-    const from = [event.clientX, event.clientY];
-    let moving = false;
-    const moved = (e) => {
-      moving ||= Math.hypot(e.clientX - from[0], e.clientY - from[1]) > 3;
-      if (moving) move(e);
-    };
-    const ended = (e) => {
-      window.removeEventListener("pointermove", moved);
-      window.removeEventListener("pointerup", ended);
-      if (moving || event.target.closest?.(".joint")) done(e);
-    };
-    window.addEventListener("pointermove", moved);
-    window.addEventListener("pointerup", ended);
   }
 
   draw() {
