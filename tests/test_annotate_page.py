@@ -246,9 +246,9 @@ def test_what_tapes_cannot_tell_and_what_contradicts_is_said(tab: Tab, project: 
     assert page.locator(".remarks .problem").count() == 0
     for other in ("P0", "P1", "P2"):
         add_tape(tab, other, "P4", f"{length(other, 'P4'):.3f}")
-    add_tape(tab, "P3", "P4", "5,57")  # for 4.57
+    add_tape(tab, "P3", "P4", "5,07")  # for 4.57
     told = page.locator(".remarks .problem").inner_text()
-    assert "P3–P4 (5.57 m; the others say 4.57)" in told and page.locator("tr.suspect").count() == 1
+    assert "P3–P4 (5.07 m; the others say 4.57)" in told and page.locator("tr.suspect").count() == 1
     tab.shot("annotate-contradiction")
     page.fill('[data-control="P3P4"]', "4,570")
     page.keyboard.press("Tab")

@@ -149,8 +149,8 @@ class PlacesView {
     return this.typed(() => ({ a: tagOf("from"), b: tagOf("to"), metres: typedMetres(form.querySelector("#length").value), sd_m: form.querySelector("#sd").value.trim() === "" ? null : typedMetres(form.querySelector("#sd").value) / 100 }), async (value) => {
       const { a, b } = value;
       if (await this.act("set_tape", value)) {
-        this.main.querySelector("#from").value = a;
-        this.main.querySelector("#from").focus();
+        this.main.querySelector("#from").value = a; // the next tape begins at the same mark more often than not
+        this.main.querySelector("#to").focus();
         tell(`${a} – ${b} kept`);
       }
     });
