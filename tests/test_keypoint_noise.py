@@ -1,5 +1,7 @@
 """The noise law: what it promises for every score, joint and size."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -10,14 +12,17 @@ from benchmarks.networks.keypoint_noise import fitted, lengths
 from proxemetry.anthropometry import LENGTHS
 from proxemetry.camera import Camera
 from proxemetry.locate import LocateSettings
+from proxemetry.locate.scenefit import evidence as evidence_module
 from proxemetry.locate.scenefit import locate
 from proxemetry.locate.scenefit.body_model import body_model
 from proxemetry.locate.scenefit.evidence import evidence_of
-from proxemetry.locate.scenefit.hypotheses import body_types
+from proxemetry.locate.scenefit.hypotheses import body_types, keypoint_precision
+from proxemetry.locate.scenefit.projection import N_SHARED, PITCH
 from proxemetry.people import People
 from proxemetry.people.keypoint_noise import NoiseLaw, apparent_stature_px, law_of, laws, people_sd_px
 from proxemetry.people.skeleton import BLAZEPOSE_33, COCO_17, SKELETONS
 from proxemetry.pose import BACKENDS
+from synthetic.modelled import ADULTS, CAMERA, photo
 
 SCORES = st.floats(0.01, 1.0)
 SIZES = st.floats(10, 5000)
@@ -113,6 +118,40 @@ def test_every_row_reaches_the_scene_fit(name: str) -> None:
         length: (law.scale.get(length, 1.0), law.common.get(length, 0.0)) for length in LENGTHS
     }
     assert {*law.scale, *law.common} <= set(LENGTHS)
+    assert evidence.from_above == pytest.approx(law.grows_from_above(joints))
+    assert evidence.common_tilt == law.common_tilt
+
+
+@given(st.floats(-0.5, 1.2), st.floats(-0.3, 0.3), st.floats(0.1, 6))
+def test_noise_grows_with_the_sine_of_the_angle_from_above(pitch: float, down: float, growth: float) -> None:
+    """One person, seen `down` below the optical axis of a camera that looks down by `pitch`."""
+    people, camera = _standing(5, list(COCO_17.joints)), Camera.centred(1000, 1000, 1000)
+    seen = people.keypoints_px - np.nanmean(people.keypoints_px, axis=(0, 1)) + (500, 500 + 1000 * np.tan(down))
+    evidence = evidence_of(replace(people, keypoints_px=seen), camera, body_model(COCO_17))
+    evidence = replace(evidence, from_above=np.full(evidence.seen.shape[1], growth), resolution=0.0)
+    exact = replace(body_model(COCO_17), spread=np.zeros(evidence.seen.shape[1]))
+    shared = np.zeros(N_SHARED)
+    shared[PITCH] = pitch
+    level = keypoint_precision(evidence, exact, np.ones(1))
+    factor = level[evidence.seen] / keypoint_precision(evidence, exact, np.ones(1), shared)[evidence.seen]
+    assert factor == pytest.approx(1 + growth * max(np.sin(pitch + down), 0.0), rel=0.03)
+
+
+def test_who_is_seen_from_above_by_a_back_end_is_less_sure_and_no_nearer_to_level() -> None:
+    """Of the same joints on a camera that looks down by 29 degrees; at eye level nothing changes."""
+    for pitch, widened in ((0.5, True), (0.0, False)):
+        people, _ = photo(3, pitch=pitch, height_m=3.0 if widened else 1.6, depths_m=(4, 6))
+        plain = laws()["coco17"]
+        above = replace(plain, from_above={"other": 2.0}, common_tilt=0.1)
+        sd = []
+        for law in (plain, above):
+            with pytest.MonkeyPatch.context() as patch:
+                patch.setattr(evidence_module, "law_for", lambda _people, law=law: law)
+                bodies = locate(people, CAMERA, ADULTS)
+            assert bodies.floor is not None
+            sd.append((bodies.floor.pitch_sd_rad, bodies.position_sd_m[:, 2].mean()))
+        assert (np.array(sd[1]) > 1.05 * np.array(sd[0])).all() == widened
+        assert np.array(sd[1]) == pytest.approx(np.array(sd[0]), rel=1.5 if widened else 0.1)
 
 
 def test_lengths_seen_otherwise_change_the_bodies_that_are_looked_for() -> None:

@@ -38,14 +38,13 @@ def test_scaling_photo_and_focal_length_together_changes_nothing(seed, factor):
 
 
 @settings(deadline=None, max_examples=10)
-@given(seeds, st.floats(0.2, 0.5))
-def test_of_few_pixels_nothing_is_as_sure(seed, factor):
+@given(seeds, st.floats(0.15, 1))
+def test_of_fewer_pixels_people_are_where_they_were_and_no_surer(seed, factor):
+    """What a detector resolves is a number of pixels: a small photo's answer moves within what it states itself."""
     people, _ = photo(seed)
     here, there = _shown(people, 3840, 2160), _shown(people, round(3840 * factor), round(2160 * factor))
-    assert np.median(there.position_sd_m[:, 2] / here.position_sd_m[:, 2]) > 1
-    assert np.abs(there.positions_m - here.positions_m)[:, 2] == pytest.approx(
-        0, abs=3 * there.position_sd_m[:, 2].max()
-    )
+    assert np.median(there.position_sd_m[:, 2] / here.position_sd_m[:, 2]) > 0.999
+    assert (np.abs(there.positions_m - here.positions_m) < 0.02 * here.positions_m[:, 2:] + there.position_sd_m).all()
 
 
 @settings(deadline=None, max_examples=10)

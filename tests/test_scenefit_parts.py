@@ -13,7 +13,7 @@ from proxemetry.locate.scenefit.alternatives import Explanations, leave_one_out
 from proxemetry.locate.scenefit.body_model import body_model
 from proxemetry.locate.scenefit.evidence import evidence_of
 from proxemetry.locate.scenefit.hypotheses import keypoint_precision, log_evidence
-from proxemetry.locate.scenefit.posterior import _TWIST_SD, _merged_spread, _modes
+from proxemetry.locate.scenefit.posterior import _TWIST_SD, _covariance, _merged_spread, _modes
 from proxemetry.locate.scenefit.projection import (
     DEPTH,
     FOCAL,
@@ -24,7 +24,7 @@ from proxemetry.locate.scenefit.projection import (
     PITCH,
     torso_position,
 )
-from proxemetry.locate.scenefit.solver import Fit, SharedPrior
+from proxemetry.locate.scenefit.solver import Fit, SharedPrior, schur_complement
 from proxemetry.locate.scenefit.start import initialise
 from proxemetry.people import People
 from proxemetry.people.skeleton import COCO_17
@@ -102,6 +102,21 @@ def test_in_another_mode_the_others_follow_the_camera():
     follows = fit.local[1] - np.linalg.solve(own, cross @ shift)
     local = np.stack([rows.local[1], follows])
     assert other.positions_m == pytest.approx(torso_position(local, fit.shared + shift))
+
+
+def test_a_pitch_that_all_people_tell_wrong_alike_is_as_unsure_beside_what_is_known_of_it():
+    fit, tilt_sd = linear_fit(3), 0.3
+    left = schur_complement(fit.normal)[1][..., :-1].sum(axis=0)
+    told = np.linalg.inv(left)
+    told[PITCH, PITCH] += tilt_sd**2  # what the people say, and the error that they share
+    for known in (1.0, 1e6):  # beforehand: next to nothing, or all but the pitch itself
+        beforehand = np.eye(N_SHARED) * 1e-6
+        beforehand[PITCH, PITCH] = known
+        equations = np.column_stack([beforehand, np.zeros(N_SHARED)])
+        _, _, shared = _covariance(replace(fit, shared_normal=equations), tilt_sd)
+        assert shared == pytest.approx(np.linalg.inv(np.linalg.inv(told) + beforehand), rel=1e-6, abs=1e-9)
+    assert shared[PITCH, PITCH] == pytest.approx(1e-6, rel=1e-3)  # a stated pitch stays as stated
+    assert _covariance(fit, 0.0)[1] == pytest.approx(_covariance(fit)[1])
 
 
 @pytest.mark.parametrize("away_sd", [0.3, 1.0, 4.0])

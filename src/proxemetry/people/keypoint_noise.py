@@ -8,8 +8,10 @@ floor_px is what a photo's own pixels cost, definition[joint] how far people dif
 how much the detector's answer varies at score 1, both as fractions of the stature, and score_power how that grows as
 it gets unsure. Besides, a back end may see lengths between joints longer or shorter than they are: everybody's alike
 (`scale`), and each person's by as much at all of their joints (`common`: a head that is seen too narrow is too narrow
-at both ears). The table `keypoint_noise.toml` holds the numbers with their origin;
-`benchmarks/networks/keypoint_noise.py` measures them.
+at both ears). And it sees people from above less well than from their own height, as few were so in what it was trained
+on: noise grows with the sine of the angle at which a person is looked down at (`from_above`), and everybody in a photo
+looks as if seen from less far above, or more, by as much (`common_tilt`). The table `keypoint_noise.toml` holds the
+numbers with their origin; `benchmarks/networks/keypoint_noise.py` and `from_above.py` measure them.
 """
 
 from __future__ import annotations
@@ -49,6 +51,9 @@ class NoiseLaw:
     listed has that of "other". origin: where the numbers come from. scale, common: name of a length
     (`anthropometry.LENGTHS`) -> how long it is seen, of its true length, and the relative standard deviation of that
     from person to person; what is not listed is seen as it is. lowest_score: what scores less is drawn, not seen.
+    from_above: joint name (without its side) -> what is added to 1, times the sine of the angle, for the factor by
+    which the spread grows; what is not listed has that of "other", 0 where there is none. common_tilt: the standard
+    deviation, as a share of the sine of the camera's pitch, of the pitch that everybody's joints together tell.
     """
 
     definition: Mapping[str, float]
@@ -59,6 +64,8 @@ class NoiseLaw:
     scale: Mapping[str, float] = field(default_factory=dict[str, float])
     common: Mapping[str, float] = field(default_factory=dict[str, float])
     lowest_score: float = 0.05
+    from_above: Mapping[str, float] = field(default_factory=dict[str, float])
+    common_tilt: float = 0.0
 
     def sd_px(self, joint: str, score: ArrayLike, body_px: ArrayLike) -> FloatArray:
         """Return the standard deviation along one image axis, pixels; NaN where the score is 0.
@@ -80,6 +87,10 @@ class NoiseLaw:
         usable = np.where(known > 0, np.clip(known, _LOWEST_SCORE, 1.0), np.nan)
         return np.array([self.spread.get(kind_of(j), self.spread["other"]) for j in joints]) * usable**-self.score_power
 
+    def grows_from_above(self, joints: Sequence[str]) -> FloatArray:
+        """Return what is added to 1, times the sine of the angle from above, for each of K joints, shape (K,)."""
+        return np.array([self.from_above.get(kind_of(j), self.from_above.get("other", 0.0)) for j in joints])
+
 
 #: Below this score a joint is no worse: the power law was measured above it.
 _LOWEST_SCORE = 0.1
@@ -96,7 +107,7 @@ def laws() -> Mapping[str, NoiseLaw]:
             {**default["definition"], **row.get("definition", {})},
             {**default["spread"], **row.get("spread", {})},
             row["score_power"], row["floor_px"], row["origin"], row.get("scale", {}), row.get("common", {}),
-            row.get("lowest_score", NoiseLaw.lowest_score),
+            row.get("lowest_score", NoiseLaw.lowest_score), row.get("from_above", {}), row.get("common_tilt", 0.0),
         )
         for name, row in table.items()
     }  # fmt: skip

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,12 +31,14 @@ _LEAST_DEPTH_SD_M = 0.05
 class Evidence:
     """The K keypoints that the body model knows, of P people, in units of the focal length from the principal point.
 
-    points: shape (P, K, 2), zero where absent. seen: shape (P, K). waver: shape (P, K), how far the
+    points: shape (P, K, 2), zero where absent. seen: shape (P, K). score_noise: shape (P, K), how far the
     detector strays at that score, in statures. resolution: the noise of a sharp point, in the same units as points.
     heading_rad, heading_sd_rad: shape (P,), what the back end says itself, in the camera frame; NaN where nothing.
     log_depth, depth_rel_sd: shape (P,), the log of the stated depth in metres of the torso's middle along the camera's
         axis, and its standard deviation; NaN where nothing is stated.
-    lengths: what the back end makes of body lengths, in the order of `anthropometry.LENGTHS`.
+    lengths: what the back end makes of body lengths, in the order of `anthropometry.LENGTHS`. from_above: shape (K,),
+        what the sine of the angle from above adds to the noise, as a share. common_tilt: how far off, for a sine of 1,
+        the pitch is that everybody's joints together tell, radians.
     """
 
     points: FloatArray
@@ -48,6 +50,8 @@ class Evidence:
     log_depth: FloatArray
     depth_rel_sd: FloatArray
     lengths: SeenLengths = ()
+    from_above: FloatArray = field(default_factory=lambda: np.zeros(1))
+    common_tilt: float = 0.0
 
 
 def evidence_of(people: People, camera: Camera, model: BodyModel) -> Evidence:
@@ -71,6 +75,8 @@ def evidence_of(people: People, camera: Camera, model: BodyModel) -> Evidence:
         log_depth=np.log(people.depth_m),
         depth_rel_sd=np.hypot(people.depth_sd_m, _LEAST_DEPTH_SD_M) / people.depth_m,
         lengths=tuple((law.scale.get(name, 1.0), law.common.get(name, 0.0)) for name in LENGTHS),
+        from_above=law.grows_from_above(joints),
+        common_tilt=law.common_tilt,
     )
 
 

@@ -89,10 +89,10 @@ def _measurable(evidence: Evidence) -> NDArray[np.bool_]:
 
 
 def _taken(evidence: Evidence, index: NDArray[np.intp]) -> Evidence:
-    return Evidence(
-        evidence.points[index], evidence.seen[index], evidence.score_noise[index], evidence.resolution,
-        evidence.heading_rad[index], evidence.heading_sd_rad[index], evidence.log_depth[index],
-        evidence.depth_rel_sd[index], evidence.lengths,
+    return replace(
+        evidence, points=evidence.points[index], seen=evidence.seen[index], score_noise=evidence.score_noise[index],
+        heading_rad=evidence.heading_rad[index], heading_sd_rad=evidence.heading_sd_rad[index],
+        log_depth=evidence.log_depth[index], depth_rel_sd=evidence.depth_rel_sd[index],
     )  # fmt: skip
 
 
@@ -146,8 +146,8 @@ def _fit(
     best = _best_rows(loose.person, rough)
     first = tried[np.where(rough[best] > rough[leading] + _LIKELIER, best, leading)]
     local = hypotheses.local[first]
-    # what is known of size and depth now tells how noisy keypoints and floor are
-    rows = rows.with_precision(keypoint_precision(evidence, model, _scale(local))[rows.person])
+    # what is known of size, depth and view now tells how noisy keypoints and floor are
+    rows = rows.with_precision(keypoint_precision(evidence, model, _scale(local), near.shared)[rows.person])
     uneven = np.hypot(FLOOR_SD_M, FLOOR_SLOPE_SD * np.exp(local[:, DEPTH]))
     rows = rows.with_floor(FLOOR_SD_M / uneven[rows.person])
     fit = solve(rows.taken(first), local, near.shared, prior, iterations=_MOST_ITERATIONS)
@@ -155,6 +155,9 @@ def _fit(
     if off > MOST_MISFIT:  # a camera that was moved, or another one: its place is worth as little as it is wrong
         prior = replace(prior, place=prior.place.widened(off))
         fit = solve(rows.taken(first), fit.local, fit.shared, prior, iterations=_MOST_ITERATIONS)
+    if evidence.from_above.any():  # seen from the camera as it is now, which the first steps may have had too level
+        rows = rows.with_precision(keypoint_precision(evidence, model, _scale(fit.local), fit.shared)[rows.person])
+        fit = solve(rows.taken(first), fit.local, fit.shared, prior, iterations=_MOST_AGAIN)
     for _ in range(2):
         explanations, weight = _weigh(rows, first, hypotheses, fit)
         best = _best_rows(rows.person, weight)

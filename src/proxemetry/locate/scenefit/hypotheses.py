@@ -18,7 +18,19 @@ from .alternatives import Explanations
 from .body_model import BodyModel
 from .body_tables import POSTURE_WEIGHTS
 from .evidence import Evidence, SeenLengths
-from .projection import DEPTH, HEADING, LOG_LENGTHS, N_LOCAL, POINT, POSTURE, TURN, BodyTables
+from .projection import (
+    DEPTH,
+    HEADING,
+    LOG_LENGTHS,
+    N_LOCAL,
+    PITCH,
+    POINT,
+    POSTURE,
+    ROLL,
+    TURN,
+    BodyTables,
+    camera_axes,
+)  # fmt: skip
 from .solver import HypothesisBatch
 from .start import HEADINGS, Start
 
@@ -230,11 +242,27 @@ def _priors(
     return mean, precision, volume
 
 
-def keypoint_precision(evidence: Evidence, model: BodyModel, scale: FloatArray) -> FloatArray:
+def keypoint_precision(
+    evidence: Evidence, model: BodyModel, scale: FloatArray, shared: FloatArray | None = None
+) -> FloatArray:
     """Return one over the noise of every keypoint (P, K), 0 where unseen: a share of the body's size, never below what
-    a detector resolves."""
-    sd = np.hypot(np.hypot(model.spread, evidence.score_noise) * scale[:, None], evidence.resolution)
+    a detector resolves, and the more the further from above the camera looks at the person.
+
+    shared: the camera as it is known, shape (N_SHARED,); level without it.
+    """
+    above = np.zeros(len(scale)) if shared is None else np.maximum(_sine_from_above(evidence, shared), 0.0)
+    noise = evidence.score_noise * (1 + above[:, None] * evidence.from_above)
+    sd = np.hypot(np.hypot(model.spread, noise) * scale[:, None], evidence.resolution)
     return evidence.seen / sd
+
+
+def _sine_from_above(evidence: Evidence, shared: FloatArray) -> FloatArray:
+    """Return the sine of the angle at which each person is looked down at, shape (P,)."""
+    seen = evidence.seen[..., None]
+    middle = np.where(seen, evidence.points, 0.0).sum(axis=1) / np.maximum(seen.sum(axis=1), 1)
+    sight = np.column_stack([middle, np.ones(len(middle))])
+    down = camera_axes(shared[None, PITCH : ROLL + 1])[0, :, 1]
+    return (sight @ down) / np.linalg.norm(sight, axis=1)
 
 
 def log_evidence(explanations: Explanations, rows: HypothesisBatch, log_prior: FloatArray) -> FloatArray:
