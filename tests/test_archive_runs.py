@@ -36,6 +36,7 @@ from proxemetry.archive.store.folder import Folder
 from proxemetry.archive.store.results import Results
 from proxemetry.camera.focal import FocalRequest
 from proxemetry.camera.table import CameraTable
+from proxemetry.cli import main
 from proxemetry.errors import ModelError, OutputError, SettingsError
 from proxemetry.pose import PoseOptions
 from proxemetry.settings import Settings
@@ -65,11 +66,11 @@ def leftovers(out):
     return [p for p in Path(out).rglob("*") if p.name.startswith(".") or p.name.endswith(".tmp")]
 
 
-def started(photos, out, *arguments):
+def started(photos, out, *arguments, environment=None):
     """Start the command in a session of its own, so that its workers are found by their group."""
     return subprocess.Popen(
         [sys.executable, "-m", "proxemetry", "measure", photos, "--out", out, "--pose", TWO_PEOPLE, *arguments],
-        env={**os.environ, "PYTHONPATH": os.pathsep.join([HERE, SOURCE])},
+        env={**os.environ, "PYTHONPATH": os.pathsep.join([HERE, SOURCE]), **(environment or {})},
         stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, start_new_session=True,
     )  # fmt: skip
 
@@ -478,6 +479,36 @@ def test_a_full_disk_stops_with_one_line_and_goes_on_when_there_is_room(tmp_path
     assert process.returncode == 0, said
     assert len(rows(small_disk / "out")) == 40
     assert not leftovers(small_disk / "out")
+
+
+def fill(disk):
+    """Take all the room of a disk, to the last byte."""
+    with (disk / "ballast").open("wb", buffering=0) as ballast, contextlib.suppress(OSError):
+        while ballast.write(b"0" * 1000):
+            pass
+
+
+@pytest.mark.parametrize("kind", ["spss", "xlsx", "coco"])
+def test_an_export_onto_a_full_disk_is_one_line(tmp_path, small_disk, kind, capsys):
+    write_photos(tmp_path / "photos", 3)
+    run([str(tmp_path / "photos")], job(tmp_path / "out"), jobs=0)
+    fill(small_disk)
+    assert main(["export", str(tmp_path / "out"), "--format", kind, "--out", str(small_disk)]) == 2
+    said = capsys.readouterr().err
+    assert said.count("\n") == 1
+    assert "no space left" in said
+    assert sorted(p.name for p in small_disk.iterdir()) == ["ballast"]
+
+
+def test_a_full_disk_for_temporary_files_is_named(tmp_path, small_disk):
+    photos = write_photos(tmp_path / "photos", 3)
+    fill(small_disk)
+    process = started(photos, tmp_path / "out", "--jobs", "1", environment={"TMPDIR": str(small_disk)})
+    _, said = process.communicate(timeout=300)
+    assert "Traceback" not in said
+    problem = [line for line in said.splitlines() if line.startswith("proxemetry:")]
+    assert process.returncode == 0 or (len(problem) == 1 and str(small_disk) in problem[0])
+    assert sorted(p.name for p in small_disk.iterdir()) == ["ballast"]
 
 
 def test_beginning_anew_where_nothing_is_yet(tmp_path):

@@ -135,8 +135,12 @@ def _write_sav(frame: Any, path: str, table: str, columns: Sequence[Column], lon
             variable_measure={c.name: _measure(c) for c in columns},
             variable_format={c.name: "F8.0" for c in columns if c.kind in ("INTEGER", "BOOLEAN") or c.levels},
         )  # fmt: skip
+        # On a full disk the writer reports nothing: what is there is read again, by its first column.
+        back: Any = pyreadstat.read_sav(path, usecols=[str(frame.columns[0])])[0]
     except pyreadstat.ReadstatError as error:
-        raise OutputError(f"{table}.sav: cannot be written ({error}); is there room on the disk?") from error
+        raise OutputError(f"{table}.sav: cannot be written ({error}); is there no space left on the disk?") from error
+    if len(back) != len(frame):
+        raise OutputError(f"{table}.sav: cannot be written whole; is there no space left on the disk?")
 
 
 def _joining_syntax(table: str, names: Sequence[str]) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import importlib.util
+import io
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -89,13 +90,18 @@ def write_xlsx(results: Results, target: Folder, safe_distance_m: float | None =
         raise SettingsError("Excel workbooks need an extra: pip install 'proxemetry[xlsx]'")
     import xlsxwriter
 
-    # Row by row to the disk: a million rows take no more memory than a thousand. Nothing is taken for a formula.
+    # Rows go to temporary files: a million take little more memory than a thousand. Nothing is taken for a formula.
     options = {"constant_memory": True, "strings_to_formulas": False, "strings_to_urls": False}
-    with target.writing(XLSX_FILE) as temporary, xlsxwriter.Workbook(temporary, options) as book:
-        bold = book.add_format({"bold": True})
-        for table, (names, rows) in _tables(results, safe_distance_m):
-            _fill(book.add_worksheet(table), names, rows, bold)
-        _fill(book.add_worksheet("codebook"), *codebook_rows(attributes_in(results.view())), bold)
+    # Zipped in memory: on a full disk the zip file would complain again when it is thrown away.
+    zipped = io.BytesIO()
+    with target.writing(XLSX_FILE) as temporary:
+        with xlsxwriter.Workbook(zipped, options) as book:
+            bold = book.add_format({"bold": True})
+            for table, (names, rows) in _tables(results, safe_distance_m):
+                _fill(book.add_worksheet(table), names, rows, bold)
+            _fill(book.add_worksheet("codebook"), *codebook_rows(attributes_in(results.view())), bold)
+        with open(temporary, "wb") as file:
+            file.write(zipped.getbuffer())
     return XLSX_FILE
 
 
