@@ -78,6 +78,8 @@ def _commands() -> list[list[str]]:
         ["export", "results", "--format", "coco"],
         ["summary", "results"],
         ["review", "results", "--no-browser"],
+        ["annotate", "photos", "--out", "annotated", "--pose", "recorded:keypoints.json", "--no-browser"],
+        ["annotate", "photos", "--out", "annotated", "--pose", "none", "--who", "ada", "--no-browser"],
         ["doctor"],
         ["doctor", "photos"],
         ["models", "list"],
@@ -161,7 +163,7 @@ def test_nothing_is_written_but_results_and_named_caches(watched: tuple[Path, li
     for path, flags in re.findall(r'openat\([^,]+, "([^"]+)", ([A-Z_|]+)[^)]*\) = \d', trace):
         if {"O_WRONLY", "O_RDWR", "O_CREAT"} & set(flags.split("|")):
             written.add(os.path.normpath(folder / "work" / path))
-    allowed = [f"{folder}/{name}" for name in ("work/results", "work/again", "tmp/", "audit.log")]
+    allowed = [f"{folder}/{name}" for name in ("work/results", "work/again", "work/annotated", "tmp/", "audit.log")]
     allowed += [f"{folder}/home/{name}" for name in NAMED_CACHES]
     assert any("results" in path for path in written)
     assert not [path for path in written if not path.startswith((*allowed, *_SYSTEM))]

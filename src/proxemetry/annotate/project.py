@@ -16,7 +16,7 @@ from ..benchmark.validate_labels import Fault, check_labels
 from ..errors import OutputError, SettingsError
 from ..files import is_file, read_bytes
 from ..people import PoseBackend
-from ..pose import backend_named
+from ..pose import BACKENDS, backend_named, replays
 from .actions import apply, replayed
 from .history import PROPOSE, REDO, UNDO, History, history
 from .label_files import label_files
@@ -63,6 +63,10 @@ class Project:
     ) -> None:  # fmt: skip
         if is_url(out):
             raise SettingsError(f"{out}: annotations are kept in a folder on this machine")
+        if pose not in ("auto", NO_POSE) and pose.partition(":")[0] not in BACKENDS:
+            raise SettingsError(
+                f"pose back end {pose!r} is unknown: use auto, {NO_POSE} or one of {', '.join(BACKENDS)}"
+            )
         self.out, self.pose, self.who = Path(out), pose, who
         self._require_own()
         self.photos, self.left_out = find_own_photos(paths, out, on_progress)
@@ -71,7 +75,8 @@ class Project:
         except OSError as error:
             raise OutputError(f"{out}: cannot be made a folder ({error.strerror})") from error
         self._lock = threading.RLock()
-        self._backend: PoseBackend | None = None
+        # Networks are loaded when the first photo is opened; what can be told at once is.
+        self._backend: PoseBackend | None = backend_named(pose) if replays(pose) else None
         self._looking = threading.Lock()
         self.log = AnnotationLog(self.out / LOG_FILE)
         self._entries: list[Action] = []

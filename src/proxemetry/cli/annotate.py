@@ -33,7 +33,7 @@ DIR then holds body_pixel_locations.csv, ground_truth_locations.csv and camera_l
 form in which the KORTE benchmark is published, and beside them names of shoots, focal lengths and annotations.sqlite,
 the log of all you did. Every command that takes --labels takes DIR:
   proxemetry score DIR/{RUN_FOLDER} --labels DIR --protocol seker2021
-  proxemetry benchmark --images photos --labels DIR --out run --method all
+  proxemetry benchmark --images photos --labels DIR --out run --method all --camera-table DIR/camera_table.csv
 
 Nothing leaves this machine, and photos are never changed.
 """

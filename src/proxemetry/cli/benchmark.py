@@ -9,6 +9,8 @@ from ..benchmark import DEFAULT_PROTOCOL, PROTOCOLS, Predictions, Score, read_la
 from ..benchmark.predictions import by_stated_distances
 from ..benchmark.report import comparison
 from ..benchmark.tables import TABLES
+from ..camera.request import FocalRequest
+from ..camera.table import CameraTable
 from ..errors import OutputError, SettingsError
 from ..evaluate import predict_labels, predict_photos
 from ..locate import BODY_SIZES, METHODS, LocateSettings
@@ -57,6 +59,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     parser.add_argument("--protocol", choices=list(PROTOCOLS), default=DEFAULT_PROTOCOL)
     parser.add_argument("--pose", default="auto", metavar="NAME", help="the back end that finds people in the photos")
+    parser.add_argument(
+        "--camera-table", metavar="FILE.csv", help="what is known of the photos' cameras, as in measure"
+    )
     parser.add_argument("--body-size", choices=BODY_SIZES, default="adults", help="KORTE shows adults (the default)")
     parser.add_argument("--out", metavar="DIR", help="keep results, predictions and scores here; needed with --images")
     parser.add_argument("--jobs", type=int, metavar="N", help="worker processes (default: one a core)")
@@ -104,8 +109,11 @@ def _measured(args: argparse.Namespace, settings: dict[str, Settings]) -> dict[s
             "benchmark needs --out DIR here: what is finished is kept there, and a rerun goes on from it"
         )
     pose = f"recorded:{args.keypoints}" if args.keypoints else args.pose
+    focal = FocalRequest(camera_table=CameraTable.read(args.camera_table)) if args.camera_table else None
     with Reporter() as reporter:
-        return predict_photos(args.images, args.out, settings, pose=pose, jobs=args.jobs, on_progress=reporter)
+        return predict_photos(
+            args.images, args.out, settings, pose=pose, focal=focal, jobs=args.jobs, on_progress=reporter
+        )
 
 
 def _methods(names: str) -> list[str]:
