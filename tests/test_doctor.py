@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
 from pathlib import Path
 
+import cv2
+import numpy as np
 import pytest
+from PIL import Image
 
 from proxemetry.cli import main
 from synthetic.camera_files import FOCAL, FOCAL_35, MAKE, MODEL, PLANE_UNIT, PLANE_X, write
+from synthetic.line_scenes import exact_scene
 
 
 @pytest.fixture
@@ -27,11 +32,60 @@ def test_candidates_choice_and_what_is_missing(photos: Path, capsys: pytest.Capt
     lines = capsys.readouterr().out.splitlines()
     assert lines[0] == "known.jpg: 5184 x 3456, Canon EOS 600D"
     chosen = [line for line in lines if "->" in line]
-    assert len(chosen) == 1 and f"{50 * 51840 / 223:.0f} px" in chosen[0] and "focal plane" in chosen[0]
+    assert (
+        len(chosen) == 2
+        and "ASSUMED" in chosen[1]
+        and f"{50 * 51840 / 223:.0f} px" in chosen[0]
+        and "focal plane" in chosen[0]
+    )
     assert any("35 mm equivalent" in line for line in lines) and any("crop factor" in line for line in lines)
     assert "  missing: no focal length in the photo" in lines
     assert sum("--camera-table" in line for line in lines) == 1  # what to do is said once
-    assert lines[-1] == "2 photos: 1 with a focal length (0 of them doubtful), 1 without, 0 that cannot be read"
+    counted = "2 photos: 2 with a focal length (1 recorded in the file, 1 ASSUMED; 1 of them doubtful), 0 without"
+    assert lines[-1] == f"{counted}, 0 that cannot be read"
+
+
+def drawn(path: Path, pitch_deg: float) -> None:
+    """Write a photo that says nothing, of two walls at right angles, focal length 600 px."""
+    pixels = np.zeros((480, 640, 3), np.uint8)
+    scene = exact_scene(pitch_deg, 0.0, 600.0, 640, 480, azimuths_deg=(35.0, 125.0), each=16)
+    for u0, v0, u1, v1 in scene.segments_px.tolist():
+        ends = [(round(16 * (u - 0.5)), round(16 * (v - 0.5))) for u, v in ((u0, v0), (u1, v1))]
+        cv2.line(pixels, ends[0], ends[1], (255, 255, 255), 2, cv2.LINE_AA, shift=4)
+    Image.fromarray(pixels).save(path)
+
+
+def test_a_mixed_folder_is_told_who_won_and_why(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    tags = {FOCAL: (50, 1), FOCAL_35: 81, MAKE: "Canon", MODEL: "Canon EOS 600D"}
+    write(tmp_path / "a.jpg", 5184, 3456, tags)
+    drawn(tmp_path / "b.png", pitch_deg=8.0)
+    write(tmp_path / "c.png", 1500, 1000)
+    assert main(["doctor", str(tmp_path)]) == 0
+    text = capsys.readouterr().out
+    by_name = {photo[:5]: photo for photo in re.split(r"\n(?=[abc]\.)", text)}
+    assert "-> " in by_name["a.jpg"] and "why: the camera's sensor size agrees" in by_name["a.jpg"]
+    lines = by_name["b.png"]
+    assert re.search(r"-> +(5[6-9]|6[0-4])\d px .* estimated from straight lines", lines)
+    assert "why: they narrow it most" in lines and "published photos: half have less than 37 mm" in lines
+    assert re.search(r"how the camera was held: it looks down by (7\.[5-9]|8\.[0-5]) degrees", lines)
+    nothing = by_name["c.png"]
+    assert "ASSUMED: as published photos are" in nothing and "19 to 10" in nothing
+    assert "straight lines, on the focal length: tell nothing: fewer than 4 straight segments" in nothing
+    assert "people, on the focal length: not looked for (--pose auto looks for them)" in nothing
+    assert "1 recorded in the file, 1 estimated, 1 ASSUMED" in nothing
+
+
+def test_what_is_not_wanted_is_not_asked(photos: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["doctor", str(photos), "--no-lines", "--no-assume"]) == 0
+    out = capsys.readouterr().out
+    assert "straight lines" not in out and "ASSUMED" not in out and "published photos: not asked" in out
+    assert "1 with a focal length (1 recorded in the file; 0 of them doubtful), 1 without" in out
+
+
+def test_people_are_asked_where_somebody_finds_them(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    write(tmp_path / "c.png", 1500, 1000)
+    assert main(["doctor", str(tmp_path), "--pose", "python:synthetic.small_photos:two_people"]) == 0
+    assert "people, on the focal length: tell nothing: " in capsys.readouterr().out
 
 
 def test_only_what_is_missing(photos: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -69,7 +123,7 @@ def test_exit_codes(photos: Path, tmp_path: Path, capsys: pytest.CaptureFixture[
 def test_no_network_is_loaded(photos: Path) -> None:
     code = (
         "import sys; from proxemetry.cli import main; main(['doctor', sys.argv[1]]); "
-        "print([m for m in ('cv2', 'ai_edge_litert', 'onnxruntime', 'matplotlib') if m in sys.modules])"
+        "print([m for m in ('ai_edge_litert', 'onnxruntime', 'matplotlib') if m in sys.modules])"
     )
     run = subprocess.run([sys.executable, "-c", code, str(photos)], capture_output=True, text=True, check=True)
     assert run.stdout.splitlines()[-1] == "[]"

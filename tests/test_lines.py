@@ -178,6 +178,6 @@ def test_the_cost_goes_down_its_slope() -> None:
     _, slope, _ = evaluate(lines, rows, shares, PRIOR)
     for k in range(N_PARAMETERS):
         # the segments' distances from a vanishing point are taken as fixed: a few percent for those far from it
-        step = 1e-6 * np.eye(N_PARAMETERS)[k]
+        step = 3e-4 * np.eye(N_PARAMETERS)[k]  # single precision
         up, down = (evaluate(lines, rows + s, shares, PRIOR)[0].cost for s in (step, -step))
-        assert float(slope[0, k]) == pytest.approx(float((up - down)[0] / 2e-6), rel=0.12, abs=0.5)
+        assert float(slope[0, k]) == pytest.approx(float((up - down)[0] / 6e-4), rel=0.12, abs=0.7)

@@ -9,6 +9,8 @@ IntArray = NDArray[np.int64]
 
 #: Colour pixels of shape (H, W, 3), red first.
 RGBArray = NDArray[np.uint8]
+#: Single precision, where the data are no better and time counts.
+SingleArray = NDArray[np.float32]
 
 
 def nan_if_none(value: float | None) -> float:

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from .arrays import FloatArray
 from .bodies import Bodies, Floor, Mode
-from .camera import Camera, CameraEstimate, Candidate, Flag, Mount, Source
+from .camera import Camera, CameraEstimate, Candidate, Flag, Mount, Source, Testimony
 from .distances import Distances, measure_distances
 from .errors import OutputError, ProxemetryError
 from .people import People
@@ -248,6 +248,7 @@ def _camera_to_dict(estimate: CameraEstimate) -> dict[str, Any]:
         "lens": estimate.lens,
         "mount": None if estimate.mount is None else estimate.mount.to_dict(),
         "why": estimate.why,
+        "testimony": [asdict(t) for t in estimate.testimony],
     }
 
 
@@ -261,6 +262,7 @@ def _camera_from_dict(fields: Mapping[str, Any]) -> CameraEstimate:
         fields["lens"],
         Mount.from_dict(fields["mount"]) if fields.get("mount") else None,
         fields["why"],
+        tuple(map(Testimony.from_dict, fields.get("testimony", ()))),
     )
 
 

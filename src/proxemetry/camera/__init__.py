@@ -1,7 +1,7 @@
 """From a photo to its camera: intrinsics, and everything that decides which focal length is used."""
 
 from .camera import NO_DISTORTION, Camera
-from .estimate import CameraEstimate, Candidate
+from .estimate import CameraEstimate, Candidate, Testimony, Witness
 from .mount import FloorFrame, Mount
 from .sources import Doubt, Flag, FocalBasis, FocalSource, Source
 
@@ -17,4 +17,6 @@ __all__ = [
     "FocalSource",
     "Mount",
     "Source",
+    "Testimony",
+    "Witness",
 ]

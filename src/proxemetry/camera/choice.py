@@ -9,7 +9,7 @@ from functools import cached_property
 from ..arrays import FloatArray
 from ..people import People
 from ..photo import Photo
-from .estimate import CameraEstimate
+from .estimate import CameraEstimate, Testimony, Witness
 from .focal import estimate_camera, row_of
 from .lines.gravity import read_gravity
 from .lines.segments import segments_of
@@ -61,7 +61,18 @@ def with_gravity(estimate: CameraEstimate, lines: PictureLines, mount: Mount | N
     """Return the estimate with gravity as straight lines show it, where no mount tells the pitch."""
     mount = estimate.mount or mount
     told = mount is not None and (mount.camera is not None or math.isfinite(mount.pitch_rad))
-    if told or estimate.camera is None or lines.segments_px is None:
+    if estimate.camera is None:
         return estimate
+    if told:
+        return _heard(estimate, "not asked: it is stated", counted=False)
+    if lines.segments_px is None:
+        return _heard(estimate, "tell nothing: the picture cannot be decoded", counted=False)
     gravity = read_gravity(lines.segments_px, estimate.camera)
-    return estimate if isinstance(gravity, str) else replace(estimate, mount=gravity.mount(mount))
+    if isinstance(gravity, str):
+        return _heard(estimate, f"tell nothing: {gravity}", counted=False)
+    return _heard(replace(estimate, mount=gravity.mount(mount)), str(gravity), counted=True)
+
+
+def _heard(estimate: CameraEstimate, words: str, counted: bool) -> CameraEstimate:
+    testimony = Testimony(Witness.GRAVITY, words, counted)
+    return replace(estimate, testimony=(*estimate.testimony, testimony))

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from enum import StrEnum
+from typing import Any
 
 from .camera import Camera
 from .mount import Mount
@@ -18,13 +21,55 @@ class Candidate:
     source: Source
 
 
+class Witness(StrEnum):
+    """Who may tell something of a photo's camera. The values are those of the JSON form."""
+
+    FILE = "file"
+    LINES = "lines"
+    GRAVITY = "gravity"
+    PEOPLE = "people"
+    PUBLISHED = "published"
+
+    @property
+    def words(self) -> str:
+        """The witness as a person reads it, and what it is asked."""
+        return _WITNESSES[self]
+
+
+_WITNESSES = {
+    Witness.FILE: "the file",
+    Witness.LINES: "straight lines, on the focal length",
+    Witness.GRAVITY: "straight lines, on how the camera was held",
+    Witness.PEOPLE: "people, on the focal length",
+    Witness.PUBLISHED: "published photos",
+}
+
+
+@dataclass(frozen=True)
+class Testimony:
+    """What a witness says of a photo's camera, or why nothing, in words. counted: whether it is part of the answer."""
+
+    witness: Witness
+    words: str
+    counted: bool
+
+    def __str__(self) -> str:
+        return f"{self.witness.words}: {self.words}"
+
+    @classmethod
+    def from_dict(cls, fields: Mapping[str, Any]) -> Testimony:
+        """Return the testimony that was written as a dict; raises ValueError for an unknown witness."""
+        return cls(Witness(fields["witness"]), str(fields["words"]), bool(fields["counted"]))
+
+
 @dataclass(frozen=True)
 class CameraEstimate:
     """The camera chosen for a photo, every candidate, and what is doubtful.
 
     camera is None where no focal length is known; reason then says so and what to do. lens says whose distortion the
     camera has, and where it is from; None where it has none. mount: what is known of the camera's place before the
-    people are seen, or None. why says what spoke for the chosen candidate.
+    people are seen, or None. why says what spoke for the chosen candidate; testimony, what the picture and its people
+    were asked, and what they answered.
     """
 
     camera: Camera | None
@@ -34,6 +79,7 @@ class CameraEstimate:
     lens: str | None = None
     mount: Mount | None = None
     why: str = ""
+    testimony: tuple[Testimony, ...] = ()
 
     @property
     def source(self) -> Source | None:

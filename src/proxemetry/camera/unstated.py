@@ -16,12 +16,12 @@ from ..intervals import HALF_WIDTH_SD
 from ..people import People
 from ..photo import Photo
 from .camera import Camera
-from .estimate import CameraEstimate, Candidate
+from .estimate import CameraEstimate, Candidate, Testimony, Witness
 from .focal import flags_beside_focal
 from .frame import Frame, frame_of
 from .from_people.self_calibration import FocalPosterior, focal_posterior
-from .lines.focal import TRUSTED, focal_profile
-from .published import FULL_FRAME_DIAGONAL_MM, log_density
+from .lines.focal import NO_STRUCTURE, TRUSTED, WEAK_PRIOR, WIDEST, FocalProfile, focal_profile
+from .published import FULL_FRAME_DIAGONAL_MM, log_density, quantile_mm
 from .sources import Doubt, Flag, FocalSource, Source
 
 #: Widest central 90 % interval that is an estimate, as high over low; a wider one is an assumption.
@@ -32,21 +32,22 @@ _PEOPLE_TRUST = 0.85
 #: An assumption's standard deviation grows by this: the fit is linear about one focal length, so wide a spread is not
 #: (`benchmarks/accuracy/unstated_focal.py`: without it, intervals hold 82 % of pairs).
 _BEYOND_LINEAR = 1.2
+#: Lines that are believed less than this say nothing worth printing.
+_HARDLY = 0.5
 _GRID: FloatArray = np.linspace(math.log(8.0), math.log(800.0), 461)  # log 35 mm equivalents
 
 
 @dataclass(frozen=True, eq=False)
 class _Evidence:
-    """What one kind of evidence says of `_GRID`'s focal lengths: its likelihood (G,), about 1; words for print.
+    """What one kind of evidence says of `_GRID`'s focal lengths: its likelihood (G,), about 1.
 
-    trust: how far it is believed.
+    trust: how far it is believed. candidate: what it says by itself. testimony: the same in words.
     """
 
-    kind: FocalSource
     said: FloatArray
     trust: float
-    detail: str
-    candidate: Candidate | None = None
+    candidate: Candidate
+    testimony: Testimony
 
     @property
     def likelihood(self) -> FloatArray:
@@ -67,25 +68,28 @@ def without_statement(
     pieces = _pieces(photo, frame, people, segments_px)
     evidence = [piece for piece in pieces if isinstance(piece, _Evidence)]
     by_fov = estimate.camera is not None
+    heard = _heard(estimate, pieces, assume and not by_fov)
     if by_fov or not assume:  # alone it must be beyond doubt, or is none
         evidence = [replace(e, trust=1.0) for e in evidence if e.trust >= min(TRUSTED, _PEOPLE_TRUST)]
-    candidates = (*(e.candidate for e in evidence if e.candidate is not None), *estimate.candidates)
+    unit = frame.diagonal_px / FULL_FRAME_DIAGONAL_MM
+    candidates = (*(e.candidate for e in evidence if e.testimony.counted), *estimate.candidates)
     prior = np.exp(log_density(_GRID)) if assume and not by_fov else np.ones_like(_GRID)
     low, high, mean, sd = _posterior(prior, evidence)
     told = high - low <= math.log(WIDEST_RATIO) and bool(evidence)
     if not told and (by_fov or not assume):
-        why = "; ".join(piece for piece in pieces if isinstance(piece, str))
+        why = "; ".join(str(piece) for piece in pieces if isinstance(piece, Testimony))
         reason = None if by_fov else f"{estimate.reason}; {why or 'the evidence leaves it open'}"
-        return replace(estimate, candidates=candidates, reason=reason)
-    unit = frame.diagonal_px / FULL_FRAME_DIAGONAL_MM
+        return replace(estimate, candidates=candidates, reason=reason, testimony=heard)
     if told:
         best = max(evidence, key=lambda e: _information(prior, e.likelihood))
-        source, doubt = Source(best.kind, best.detail), Doubt.ESTIMATED
+        source, doubt = best.candidate.source, Doubt.ESTIMATED
         between = f"{math.exp(low) * unit:.0f} to {math.exp(high) * unit:.0f} px"
-        text = f"focal length {best.kind.words}: {between}"
+        text = f"focal length {source.kind.words}: {between}"
+        why = f"they narrow it most, to {_millimetres(low, high)}"
     else:
         source, doubt = Source(FocalSource.ASSUMED_PRIOR), Doubt.ASSUMED
         text = f"focal length {source}"
+        why = f"nothing narrows it enough: {_millimetres(low, high)} stays possible"
     rel_sd = math.hypot(sd if told else sd * _BEYOND_LINEAR, frame.size_rel_sd)
     chosen = Candidate(math.exp(mean) * unit, rel_sd, source)
     camera = Camera.centred(chosen.focal_px, photo.width, photo.height, focal_rel_sd=rel_sd, source=source)
@@ -94,8 +98,25 @@ def without_statement(
         camera = replace(camera, cx=frame.principal_px[0], cy=frame.principal_px[1])
     kept = tuple(flag for flag in flags_beside_focal(estimate.flags))
     return CameraEstimate(
-        camera, (chosen, *candidates), (*kept, Flag(doubt, text)), mount=estimate.mount, why=estimate.why
+        camera, (chosen, *candidates), (*kept, Flag(doubt, text)), mount=estimate.mount, why=why, testimony=heard
     )
+
+
+def _millimetres(low: float, high: float) -> str:
+    """Return an interval of log 35 mm equivalents for print."""
+    return f"{math.exp(low):.0f} to {math.exp(high):.0f} mm (35 mm equivalent)"
+
+
+def _heard(
+    estimate: CameraEstimate, pieces: list[_Evidence | Testimony], published: bool
+) -> tuple[Testimony, ...]:  # fmt: skip
+    """Return what everybody who was asked says, in words; published: whether published photos count."""
+    said = (piece.testimony if isinstance(piece, _Evidence) else piece for piece in pieces)
+    file = (Testimony(Witness.FILE, estimate.reason.partition("; ")[0], counted=False),) if estimate.reason else ()
+    low, middle, high = (quantile_mm(share) for share in (0.05, 0.5, 0.95))
+    usual = f"half have less than {middle:.0f} mm, nine in ten {low:.0f} to {high:.0f} mm (35 mm equivalent)"
+    expected = Testimony(Witness.PUBLISHED, usual if published else f"not asked ({usual})", published)
+    return (*file, *said, expected)
 
 
 def _posterior(prior: FloatArray, evidence: list[_Evidence]) -> tuple[float, float, float, float]:
@@ -119,23 +140,38 @@ def _information(prior: FloatArray, likelihood: FloatArray) -> float:
 
 def _pieces(
     photo: Photo, frame: Frame, people: People, segments_px: FloatArray | None
-) -> list[_Evidence | str]:  # fmt: skip
+) -> list[_Evidence | Testimony]:  # fmt: skip
     """Return what there is of evidence, or why a kind of it says nothing."""
     unit = frame.diagonal_px / FULL_FRAME_DIAGONAL_MM
-    pieces: list[_Evidence | str] = []
+    pieces: list[_Evidence | Testimony] = []
     if segments_px is not None:
         profile = focal_profile(segments_px, photo.width, photo.height, frame.principal_sd_px)
         if isinstance(profile, str):
-            pieces.append(f"none from straight lines: {profile}")
+            pieces.append(Testimony(Witness.LINES, f"tell nothing: {profile}", counted=False))
         else:
-            in_diagonals = _GRID + math.log(unit / math.hypot(photo.width, photo.height))
-            pieces.append(_believed(FocalSource.LINES, profile.at(in_diagonals), profile.trust, "", None))
-    posterior = focal_posterior(people, photo.width, photo.height)
-    if isinstance(posterior, str):
-        pieces.append(f"none from the people: {posterior}")
-    else:
-        pieces.append(_of_people(posterior, unit))
+            pieces.append(_of_lines(profile, len(segments_px), unit / math.hypot(photo.width, photo.height), unit))
+    if len(people):
+        posterior = focal_posterior(people, photo.width, photo.height)
+        if isinstance(posterior, str):
+            pieces.append(Testimony(Witness.PEOPLE, f"tell nothing: {posterior}", counted=False))
+        else:
+            pieces.append(_of_people(posterior, unit))
     return pieces
+
+
+def _of_lines(profile: FocalProfile, count: int, diagonals_a_mm: float, unit: float) -> _Evidence:
+    log = profile.at(_GRID + math.log(diagonals_a_mm))
+    low, middle, high = (value - math.log(diagonals_a_mm) for value in profile.quantiles(*WEAK_PRIOR))
+    candidate = Candidate(
+        math.exp(middle) * unit, (high - low) / (2 * HALF_WIDTH_SD), Source(FocalSource.LINES, f"{count} segments")
+    )
+    if profile.trust < _HARDLY:
+        words, counted = f"tell nothing: {NO_STRUCTURE} ({count} segments)", False
+    else:
+        says = "leave it open" if high - low > WIDEST else f"say {math.exp(middle):.0f} mm"
+        words = f"{count} segments {says}: {_millimetres(low, high)}, believed to {profile.trust:.0%}"
+        counted = True
+    return _believed(log, profile.trust, candidate, Testimony(Witness.LINES, words, counted))
 
 
 def _of_people(posterior: FocalPosterior, unit: float) -> _Evidence:
@@ -143,14 +179,15 @@ def _of_people(posterior: FocalPosterior, unit: float) -> _Evidence:
     count, pitch = int(posterior.upright.sum()), math.degrees(posterior.pitch_rad)
     detail = f"{count} upright, camera pitched {pitch:.0f} degrees"
     candidate = Candidate(posterior.f_px, posterior.log_sd, Source(FocalSource.PEOPLE, detail))
-    return _believed(FocalSource.PEOPLE, log, _PEOPLE_TRUST, detail, candidate)
+    low, high = (math.log(value / unit) for value in (posterior.low_px, posterior.high_px))
+    seen = f"{count} who stand upright, seen from {abs(pitch):.0f} degrees {'above' if pitch >= 0 else 'below'}"
+    words = f"{seen}, say {_millimetres(low, high)}, believed to {_PEOPLE_TRUST:.0%}"
+    return _believed(log, _PEOPLE_TRUST, candidate, Testimony(Witness.PEOPLE, words, counted=True))
 
 
-def _believed(
-    kind: FocalSource, log: FloatArray, trust: float, detail: str, candidate: Candidate | None
-) -> _Evidence:  # fmt: skip
+def _believed(log: FloatArray, trust: float, candidate: Candidate, testimony: Testimony) -> _Evidence:
     """Return evidence of the log likelihood (G,): what is expected of published photos makes it 1 on the whole."""
     said = np.exp(log - log.max())
     expected = np.exp(log_density(_GRID))
     mean = float(said @ expected / expected.sum())
-    return _Evidence(kind, said / mean, trust, detail, candidate)
+    return _Evidence(said / mean, trust, candidate, testimony)

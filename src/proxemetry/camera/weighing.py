@@ -77,7 +77,7 @@ class Verdict:
 
     def setting_aside(self, plane: Candidate, reason: str) -> Verdict:
         """Return the verdict with a flag that says why the focal plane resolution is not believed."""
-        return replace(self.against(plane, reason), why=f"the focal plane resolution does not fit: {reason}")
+        return replace(self.against(plane, reason), why="the focal plane resolution does not fit, and is set aside")
 
 
 def agree(one: Candidate, other: Candidate) -> bool:

@@ -8,6 +8,8 @@ from ..camera import Mount
 from ..camera.focal import FocalRequest
 from ..camera.table import CameraTable
 
+#: How `doctor` finds out what the people of a photo tell.
+ASK_THE_PEOPLE = "--pose auto looks for them"
 #: For who has photos without a focal length.
 WHAT_TO_STATE = """No focal length, no metres. What you know of the lens can be stated:
   photo by photo, camera by camera   --camera-table FILE (or in `proxemetry review`)

@@ -1,29 +1,36 @@
 """`proxemetry doctor`: what each photo tells of its camera, and what it leaves out; without photos, of this machine.
 
-No network is run.
+No network is run unless `--pose` names one.
 """
 
 from __future__ import annotations
 
 import argparse
 import sys
+from collections import Counter
 
+from ..archive.figures.focal_bases import in_words
 from ..archive.store.photos import find_photos
-from ..camera import CameraEstimate
-from ..camera.focal import estimate_camera, row_of
+from ..camera import CameraEstimate, FocalBasis, Mount
+from ..camera.choice import PictureLines, choose_camera, with_gravity
+from ..camera.focal import FocalRequest, row_of
 from ..errors import PhotoError
-from ..intervals import HALF_WIDTH_SD
+from ..people import People, PoseBackend
+from ..people.skeleton import COCO_17
 from ..photo import Photo
 from . import DONE, NOTHING_DONE, SOME_FAILED, installation
-from .camera_options import WHAT_TO_STATE, add_camera_options, focal_request
+from .camera_options import WHAT_TO_STATE, add_camera_options, add_mount_option, focal_request, stated_mount
+from .camera_words import words_of
 
 _EXAMPLES = """examples:
   proxemetry doctor                                         is everything installed, and what to do if not
   proxemetry doctor photos                                  every candidate for every photo's focal length
   proxemetry doctor photos --missing                        only the photos that need a word from you
+  proxemetry doctor photos --pose auto                      ask the people in them too
   proxemetry doctor scans --camera-table cameras.csv        try a camera table before measuring
 
-The line with the arrow is the one that measuring would use; the interval is the central 90 %. Exit codes: 0 done;
+The line with the arrow is the one that measuring would use; the interval is the central 90 %, "like 28 mm" its 35 mm
+equivalent. Exit codes: 0 done;
 1 some photos cannot be read; 2 none can.
 """
 
@@ -36,7 +43,10 @@ def configure(parser: argparse.ArgumentParser) -> None:
         help="photos, folders (searched all the way down), globs; none: check this installation",
     )  # fmt: skip
     parser.add_argument("--missing", action="store_true", help="print only photos without a focal length, or doubtful")
+    parser.add_argument("--pose", metavar="NAME", help="look for people too: auto, a back end's name, or recorded:FILE")
+    parser.add_argument("--no-lines", action="store_true", help="do not look at the pictures' straight lines: quicker")
     add_camera_options(parser)
+    add_mount_option(parser)
 
 
 def run(args: argparse.Namespace) -> int:
@@ -45,58 +55,69 @@ def run(args: argparse.Namespace) -> int:
         print("\n".join(installation.lines()))
         return DONE
     request, listing = focal_request(args), find_photos(args.paths)
-    known, doubtful, unknown, failed = 0, 0, 0, 0
+    backend, mount = _backend(args.pose), stated_mount(args)
+    tally = _Tally()
     spare = {row.line for row in request.camera_table.rows} if request.camera_table else set[int]()
     for name in listing.names:
         try:
             photo = Photo.open(listing.location(name), name)
+            estimate = _asked(photo, request, backend, mount, lines=not args.no_lines)
         except PhotoError as error:
-            failed += 1
+            tally.failed += 1
             print(f"{name}: cannot be read\n  {str(error).removeprefix(f'{listing.location(name)}: ')}")
             continue
-        estimate = estimate_camera(photo, request)
         if request.camera_table and (row := row_of(photo, request.camera_table)):
             spare.discard(row.line)
-        known += estimate.camera is not None
-        unknown += estimate.camera is None
-        doubtful += estimate.camera is not None and bool(estimate.flags)
+        tally.count(estimate)
         if not args.missing or estimate.camera is None or estimate.flags:
-            print("\n".join(lines_of(photo, estimate)))
+            print("\n".join(words_of(photo, estimate, people_asked=backend is not None)))
     for line in sorted(spare):
         print(f"{args.camera_table}: line {line} is used for none of these photos")
-    if unknown:
+    if tally.unknown or tally.bases[FocalBasis.ASSUMED]:
         print(f"\n{WHAT_TO_STATE}\n")
     if listing.passed_over:
         print(listing.passed_over)
-    print(
-        f"{len(listing.names)} photos: {known} with a focal length ({doubtful} of them doubtful), {unknown} without, "
-        f"{failed} that cannot be read"
-    )
-    if failed == len(listing.names):
+    print(f"{len(listing.names)} photos: {tally}")
+    if tally.failed == len(listing.names):
         print("proxemetry: none of the photos can be read; the lines above say why", file=sys.stderr)
         return NOTHING_DONE
-    return SOME_FAILED if failed else DONE
+    return SOME_FAILED if tally.failed else DONE
 
 
-def lines_of(photo: Photo, estimate: CameraEstimate) -> list[str]:
-    """Return what is known of a photo's camera as lines of text: every candidate, the choice, what is missing."""
-    metadata, camera = photo.metadata, estimate.camera
-    named = ", ".join(filter(None, (metadata.model or metadata.make, metadata.lens))) or "camera not named"
-    lines = [f"{photo.name}: {photo.width} x {photo.height}, {named}"]
-    for candidate in estimate.candidates:
-        chosen = camera is not None and candidate.source == camera.source
-        rel_sd = camera.focal_rel_sd if camera is not None and chosen else candidate.rel_sd
-        lines.append(
-            f"  {'->' if chosen else '  '} {candidate.focal_px:8.0f} px  +-{100 * HALF_WIDTH_SD * rel_sd:3.0f} %  "
-            f"{candidate.source}"
-        )
-        if chosen and estimate.why and len(estimate.candidates) > 1:
-            lines.append(f"              why: {estimate.why}")
-    if camera is not None and camera.principal_sd_px:
-        lines.append(f"  principal point: the middle, +-{HALF_WIDTH_SD * camera.principal_sd_px:.0f} px")
-    if estimate.lens is not None:
-        lines.append(f"  distortion: {estimate.lens}")
-    lines += [f"  doubt: {flag}" for flag in estimate.flags]
-    if estimate.reason:  # what to do about it is said once, after all photos
-        lines.append(f"  missing: {estimate.reason.partition('; ')[0]}")
-    return lines
+class _Tally:
+    """How many photos had what."""
+
+    def __init__(self) -> None:
+        self.bases: Counter[FocalBasis] = Counter()
+        self.doubtful = self.unknown = self.failed = 0
+
+    def count(self, estimate: CameraEstimate) -> None:
+        """Count one photo."""
+        if estimate.source is None:
+            self.unknown += 1
+            return
+        self.bases[estimate.source.kind.basis] += 1
+        self.doubtful += bool(estimate.flags)
+
+    def __str__(self) -> str:
+        kinds = f"{in_words(self.bases)}; " if self.bases else ""
+        known = f"{self.bases.total()} with a focal length ({kinds}{self.doubtful} of them doubtful)"
+        return f"{known}, {self.unknown} without, {self.failed} that cannot be read"
+
+
+def _backend(name: str | None) -> PoseBackend | None:
+    if name is None:
+        return None
+    from ..pose import backend_named
+
+    return backend_named(name)
+
+
+def _asked(
+    photo: Photo, request: FocalRequest, backend: PoseBackend | None, mount: Mount | None, *, lines: bool
+) -> CameraEstimate:  # fmt: skip
+    """Return what is found out about a photo's camera as measuring would; raises PhotoError."""
+    people = People.none(COCO_17) if backend is None else backend.detect(photo)
+    picture = PictureLines(photo, people) if lines else None
+    estimate = choose_camera(photo, people, request, mount, picture)
+    return estimate if picture is None else with_gravity(estimate, picture, mount)

@@ -11,25 +11,33 @@ from numpy.typing import ArrayLike
 from ...arrays import FloatArray
 from .gravity import TOO_FEW, checked
 from .mixture import Fitted, lines_of, nothing_cost, refined
-from .model import CENTRE, LOG_F, N_PARAMETERS, PITCH, PRIOR, Prior
+from .model import AZIMUTH, CENTRE, LOG_F, N_PARAMETERS, PITCH, PRIOR, SKEW, Prior
 from .search import starts
 from .trust import trust_of
 
 #: Focal lengths of the profile, in diagonals: 12 to 350 mm on the 36 x 24 mm frame. Every third is started from tables.
-_GRID: FloatArray = np.log(np.geomspace(0.28, 8.0, 20))
+_GRID: FloatArray = np.log(np.geomspace(0.28, 8.0, 16))
 _STARTED = _GRID[1::3]
-_TILTS, _REFINED, _ROUGH_STEPS = 8, 3, 4
+_TILTS, _REFINED, _FIRST_STEPS, _ROUGH_STEPS = 8, 6, 4, 3
+#: So many explanations are followed through all focal lengths; nearer ones are the same.
+_WAYS, _SAME_RAD, _SAME_LOG_F = 4, math.radians(2.0), 0.2
 #: Around the likeliest, steps this fine.
-_FINE: FloatArray = np.linspace(-0.3, 0.3, 13)
+_FINE: FloatArray = np.linspace(-0.3, 0.3, 11)
 #: What alone would be expected of a photo, log diagonals: 35 mm within a factor of two, so that nearly flat evidence
 #: does not run to the ends of the grid. The photo's own prior takes its place where everything is weighed together.
-_WEAK_PRIOR = (math.log(35 / 43.267), 0.7)
+WEAK_PRIOR = (math.log(35 / 43.267), 0.7)
 #: An explanation less probable than this is none: a wrong one costs more here than in gravity, which people contradict.
 TRUSTED = 0.95
 #: 90 % intervals of log f wider than this tell little more than that it is a photo.
 WIDEST = 0.6
+#: Less log evidence than this tells no focal length (York Urban's pictures have 7 and more, most of them over 30), nor
+#: does a second level direction of fewer independent segments.
+_STRONG, _SECOND = 10.0, 1.5
+#: Walls that are not quite straight, lenses that bend: doubt of log f that more segments do not lessen.
+_SYSTEMATIC = 0.03
 OPEN = "the lines leave the focal length open"
 NO_STRUCTURE = "no straight structure that tells the focal length"
+ONE_DIRECTION = "level lines run along one direction alone, and it takes two"
 
 
 @dataclass(frozen=True)
@@ -83,7 +91,7 @@ def read_focal(segments_px: ArrayLike, width: int, height: int) -> FocalFromLine
         return profile
     if profile.trust < TRUSTED:
         return NO_STRUCTURE
-    low, middle, high = profile.quantiles(*_WEAK_PRIOR)
+    low, middle, high = profile.quantiles(*WEAK_PRIOR)
     if high - low > WIDEST:
         return OPEN
     diagonal = math.hypot(width, height)
@@ -104,11 +112,13 @@ def focal_profile(
         return TOO_FEW
     usual = float(PRIOR.sd[CENTRE][0])
     prior = PRIOR.with_centre_sd(math.hypot(usual, centre_sd_px / diagonal))
-    rows = np.concatenate([starts(lines, value, prior, _TILTS, _REFINED) for value in _STARTED.tolist()])
-    nearest = np.abs(_GRID[:, None] - _STARTED).argmin(axis=1)
-    begin = _moved(rows.reshape(len(_STARTED), _REFINED, -1)[nearest], _GRID[:, None])
+    rows = np.concatenate([starts(lines, value, _TILTS, _REFINED) for value in _STARTED.tolist()])
+    first = refined(lines, rows, prior, None, _FIRST_STEPS)
+    # each of the best explanations is followed through all focal lengths
+    ways = first.rows[_distinct(first)]
+    begin = _moved(ways[None], _GRID[:, None])
     rough = refined(lines, begin.reshape(-1, N_PARAMETERS), prior, LOG_F, _ROUGH_STEPS)
-    leading = rough.cost.reshape(len(_GRID), -1).argmin(axis=1) + np.arange(len(_GRID)) * _REFINED
+    leading = rough.cost.reshape(len(_GRID), -1).argmin(axis=1) + np.arange(len(_GRID)) * len(ways)
     coarse = refined(lines, rough.rows[leading], prior, LOG_F)
     cost, kept = _without_focal(coarse, prior), coarse.rows
     # in small steps around the likeliest: from its horizon, and from the next in the first profile
@@ -122,16 +132,43 @@ def focal_profile(
     lowest = np.concatenate([cost[outside], fine_cost.reshape(2, -1).min(axis=0)])
     order = np.argsort(log_f)
     log_f, log = log_f[order], nothing_cost(lines) - lowest[order]
-    trust = trust_of(lines, finer, _evidence(log_f, log), int(fine_cost.argmin()))
-    return FocalProfile(log_f, log, trust)
+    evidence, likeliest = _evidence(log_f, log), int(fine_cost.argmin())
+    if evidence < _STRONG:
+        return NO_STRUCTURE
+    if finer.support(lines)[likeliest, 1:].min() < _SECOND:
+        return ONE_DIRECTION
+    trust = trust_of(lines, finer, evidence, likeliest)
+    return FocalProfile(log_f, _blurred(log_f, log), trust)
+
+
+def _blurred(log_f: FloatArray, log: FloatArray) -> FloatArray:
+    """Return a log likelihood (G,) with the doubt that more segments do not lessen."""
+    weight = np.exp(-0.5 * ((log_f[:, None] - log_f) / _SYSTEMATIC) ** 2) * np.gradient(log_f)
+    return np.log(weight @ np.exp(log - log.max()) / weight.sum(axis=1)) + log.max()
 
 
 def _moved(rows: FloatArray, log_f: FloatArray) -> FloatArray:
-    """Return hypotheses (..., 9) with other focal lengths (...): their upright lines converge as before."""
+    """Return hypotheses (..., 9) with other focal lengths (...): lines vanish where they did, as far as they can."""
     moved = np.broadcast_to(rows, (*np.broadcast_shapes(rows.shape[:-1], log_f.shape), rows.shape[-1])).copy()
-    moved[..., PITCH] = np.arctan(np.tan(rows[..., PITCH]) * np.exp(log_f - rows[..., LOG_F]))
+    ratio = np.exp(log_f - rows[..., LOG_F])
+    moved[..., PITCH] = np.arctan(np.tan(rows[..., PITCH]) * ratio)
+    first, second = rows[..., AZIMUTH], rows[..., AZIMUTH] + rows[..., SKEW] + math.pi / 2
+    first, second = (np.arctan2(np.sin(turn), np.cos(turn) * ratio) for turn in (first, second))
+    moved[..., AZIMUTH], moved[..., SKEW] = first, np.mod(second - first, math.pi) - math.pi / 2
     moved[..., LOG_F] = log_f
     return moved
+
+
+def _distinct(fit: Fitted) -> list[int]:
+    """Return the best hypotheses, no two of one way to stand to the walls."""
+    kept: list[int] = []
+    for k in np.argsort(fit.cost).tolist():
+        apart = np.abs(fit.rows[kept] - fit.rows[k])
+        turn = np.abs(np.sin(2 * apart[:, AZIMUTH]))
+        same = (apart[:, PITCH] < _SAME_RAD) & (apart[:, LOG_F] < _SAME_LOG_F) & (turn < 2 * _SAME_RAD)
+        if not same.any():
+            kept.append(k)
+    return kept[:_WAYS]
 
 
 def _without_focal(fit: Fitted, prior: Prior) -> FloatArray:
@@ -141,7 +178,7 @@ def _without_focal(fit: Fitted, prior: Prior) -> FloatArray:
 
 def _evidence(log_f: FloatArray, log: FloatArray) -> float:
     """Return the log evidence of straight structure, all focal lengths together."""
-    mean, sd = _WEAK_PRIOR
+    mean, sd = WEAK_PRIOR
     dense = np.linspace(log_f[0], log_f[-1], 401)
     weighed = np.interp(dense, log_f, log) - 0.5 * ((dense - mean) / sd) ** 2
     step = float(dense[1] - dense[0]) / (sd * math.sqrt(2 * math.pi))

@@ -9,10 +9,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...arrays import FloatArray
+from ...intervals import HALF_WIDTH_SD
 from ..camera import Camera
 from ..mount import Mount
 from .mixture import Fitted, Lines, lines_of, nothing_cost, refined
-from .model import AZIMUTH, PRIOR, down_of
+from .model import AZIMUTH, LOG_F, PRIOR, down_of
 from .search import starts
 from .trust import trust_of
 
@@ -21,6 +22,9 @@ _TILTS, _REFINED = 20, 8
 #: Doubts that more segments do not lessen: walls out of plumb, bent lenses, standard deviations of pitch and roll.
 #: Pitch counts as York Urban's labels do: their vertical and their horizon differ by a degree in the median.
 SYSTEMATIC_RAD: FloatArray = np.radians([1.0, 0.15])
+#: And of pitch for each diagonal of focal length: a wall that leans sideways by a quarter of a degree converges with
+#: the next as if the camera were pitched, the more so the narrower the view (`benchmarks/accuracy/long_lenses.py`).
+LEANING_RAD = math.radians(0.4)
 #: An explanation less probable than this is none.
 TRUSTED = 0.9
 #: Explanations nearer than this, in degrees of pitch and roll, and in azimuth, are one.
@@ -44,6 +48,15 @@ class Gravity:
     roll_deg: float
     pitch_sd_deg: float
     roll_sd_deg: float
+
+    def __str__(self) -> str:
+        """What it says, with central 90 % intervals."""
+        pitch, roll = (HALF_WIDTH_SD * sd for sd in (self.pitch_sd_deg, self.roll_sd_deg))
+        way = "down" if self.pitch_deg >= 0 else "up"
+        return (
+            f"it looks {way} by {abs(self.pitch_deg):.1f} degrees (+-{pitch:.1f}), "
+            f"rolled by {self.roll_deg:.1f} (+-{roll:.1f})"
+        )
 
     def mount(self, height_of: Mount | None = None) -> Mount:
         """Return it as what is known of the camera's place; the height, if any, is that of another mount."""
@@ -77,7 +90,7 @@ def read_gravity(segments_px: ArrayLike, camera: Camera) -> Gravity | str:
         return TOO_FEW
     centre_sd = max(camera.principal_sd_px / diagonal, 1e-4)
     prior = PRIOR.with_focal(math.log(f_px / diagonal), max(camera.focal_rel_sd, 1e-3)).with_centre_sd(centre_sd)
-    fit = refined(lines, starts(lines, math.log(f_px / diagonal), prior, _TILTS, _REFINED), prior)
+    fit = refined(lines, starts(lines, math.log(f_px / diagonal), _TILTS, _REFINED), prior)
     return _answer(lines, _once(fit))
 
 
@@ -110,6 +123,7 @@ def _answer(lines: Lines, fit: Fitted) -> Gravity | str:
     total = float(weight.sum())
     covariance = np.linalg.inv(fit.hessian)[:, :2, :2]
     covariance[:, [0, 1], [0, 1]] += SYSTEMATIC_RAD**2
+    covariance[:, 0, 0] += (LEANING_RAD * np.exp(fit.rows[:, LOG_F])) ** 2
     tilt = fit.rows[:, :2]
     apart = np.abs(tilt - tilt[best]) / np.sqrt(np.diagonal(covariance[best]))
     near = weight * (apart < 2).all(axis=1)

@@ -29,13 +29,21 @@ def log_peak(tail: float) -> float:
     return math.lgamma((tail + 1) / 2) - math.lgamma(tail / 2) - 0.5 * math.log(tail * math.pi)
 
 
+#: The density of skews, per radian, of walls at any angle.
+_ANY_ANGLE = 2 / math.pi
+
+
 @dataclass(frozen=True, eq=False)
 class Prior:
-    """What is known of the parameters beforehand: Student's t, each with its own tails (inf: normal), shape (9,)."""
+    """What is known of the parameters beforehand: Student's t, each with its own tails (inf: normal), shape (9,).
+
+    odd: the probability that walls are at any angle to one another instead, up to half a right angle off.
+    """
 
     mean: FloatArray
     sd: FloatArray
     tail: FloatArray
+    odd: float
 
     def cost(self, rows: FloatArray) -> FloatArray:
         """Return the negative log density of rows (H, 9)."""
@@ -46,7 +54,9 @@ class Prior:
         z2 = ((rows - self.mean) / self.sd) ** 2
         heavy = np.isfinite(self.tail)
         tail = np.where(heavy, self.tail, 1.0)
-        return np.where(heavy, (tail + 1) / 2 * np.log1p(z2 / tail), z2 / 2) + np.log(self.sd) - self._peaks
+        costs = np.where(heavy, (tail + 1) / 2 * np.log1p(z2 / tail), z2 / 2) + np.log(self.sd) - self._peaks
+        costs[:, SKEW] = -np.log((1 - self.odd) * np.exp(-costs[:, SKEW]) + self.odd * _ANY_ANGLE)
+        return costs
 
     def pull(self, rows: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return precision and slope of the cost, both (H, 9), reweighted."""
@@ -55,6 +65,8 @@ class Prior:
         tail = np.where(heavy, self.tail, 1.0)
         weight = np.where(heavy, (tail + 1) / (tail + (away / self.sd) ** 2), 1.0)
         precision = weight / self.sd**2
+        # a skew counts as far as the walls are held for being at right angles
+        precision[:, SKEW] *= 1 - self.odd * _ANY_ANGLE * np.exp(self.costs(rows)[:, SKEW])
         return precision, precision * away
 
     @property
@@ -81,6 +93,7 @@ PRIOR = Prior(
     mean=np.zeros(N_PARAMETERS),
     sd=np.array([*np.radians([10.0, 1.5]), 10.0, math.pi / 2, *np.radians([1.0, 0.7, 0.7]), 0.008, 0.008]),
     tail=np.array([1.0, 1.5, np.inf, np.inf, 1.0, 2.0, 2.0, np.inf, np.inf]),
+    odd=0.15,
 )
 
 
@@ -98,7 +111,23 @@ def _axes(tilt: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     return down, right, ahead
 
 
-def directions(rows: FloatArray) -> tuple[FloatArray, FloatArray]:
+def directions(rows: FloatArray) -> FloatArray:
+    """Return the vertical and the horizontals, (H, 3, 3: direction, axis)."""
+    down, right, ahead = _axes(rows[:, :2])
+    result = np.empty((len(rows), N_DIRECTIONS, 3))
+    result[:, 0] = down
+    for k, turn in enumerate(_turns(rows), 1):
+        slope = rows[:, SLOPE][:, k - 1, None]
+        result[:, k] = np.sin(turn)[:, None] * right + np.cos(turn)[:, None] * ahead + slope * down
+    return result
+
+
+def _turns(rows: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the azimuths of both horizontals, (H,) each."""
+    return rows[:, AZIMUTH], rows[:, AZIMUTH] + rows[:, SKEW] + math.pi / 2
+
+
+def directions_with_slopes(rows: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the vertical and the horizontals (H, 3, 3: direction, axis), and their derivatives (H, 3, 3, 7).
 
     These are by all parameters up to the slopes; by the focal length they are zero.
@@ -111,7 +140,7 @@ def directions(rows: FloatArray) -> tuple[FloatArray, FloatArray]:
     result = np.empty((len(rows), N_DIRECTIONS, 3))
     by = np.zeros((len(rows), N_DIRECTIONS, 3, CENTRE.start))
     result[:, 0], by[:, 0, :, PITCH], by[:, 0, :, ROLL] = down, ahead, down_by_roll
-    for k, turn in ((1, rows[:, AZIMUTH]), (2, rows[:, AZIMUTH] + rows[:, SKEW] + math.pi / 2)):
+    for k, turn in enumerate(_turns(rows), 1):
         sine, cosine = np.sin(turn)[:, None], np.cos(turn)[:, None]
         slope = rows[:, SLOPE][:, k - 1, None]
         result[:, k] = sine * right + cosine * ahead + slope * down
@@ -128,7 +157,7 @@ def vanishing_points(rows: FloatArray) -> tuple[FloatArray, FloatArray]:
 
     A direction d vanishes at (f d_x + c_x d_z, f d_y + c_y d_z, d_z).
     """
-    d, by = directions(rows)
+    d, by = directions_with_slopes(rows)
     f = np.exp(rows[:, LOG_F])[:, None]
     centre = rows[:, CENTRE]
     v = np.empty_like(d)

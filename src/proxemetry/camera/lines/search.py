@@ -6,9 +6,9 @@ import math
 
 import numpy as np
 
-from ...arrays import FloatArray
+from ...arrays import FloatArray, SingleArray
 from .mixture import Lines, strays
-from .model import AZIMUTH, LOG_F, N_PARAMETERS, PITCH, ROLL, Prior, directions
+from .model import AZIMUTH, LOG_F, N_PARAMETERS, PITCH, PRIOR, ROLL, directions
 
 _PITCHES = np.radians(np.concatenate([np.arange(-72.0, -30, 6), np.arange(-30.0, 30.1, 3), np.arange(36.0, 73, 6)]))
 _ROLLS = np.radians([-42.0, -34, -26, -18, -11, -6, -3, 0, 3, 6, 11, 18, 26, 34, 42])
@@ -18,38 +18,44 @@ _AZIMUTHS = np.radians(np.arange(0.0, 90.0, 4.0))
 _CELL_RAD = math.radians(1.6)
 _APART = np.radians([4.5, 4.5, 9.0])
 #: Shares of clutter and of each direction, and of the kinds of clutter.
-_CLUTTER, _DIRECTION, _KINDS = 0.4, 0.2, np.array([0.5, 0.25, 0.25])
+_CLUTTER, _DIRECTION, _KINDS = 0.4, 0.2, np.array([0.5, 0.25, 0.25], dtype=np.float32)
 _LONGEST = 60
 
 
-def starts(lines: Lines, log_f: float, prior: Prior, tilts: int, count: int) -> FloatArray:
+#: Every pitch and roll of the tables, (T, 9), which way is down in each, and what the prior has against it.
+_HELD = np.zeros((len(_PITCHES) * len(_ROLLS), N_PARAMETERS))
+_HELD[:, PITCH], _HELD[:, ROLL] = np.repeat(_PITCHES, len(_ROLLS)), np.tile(_ROLLS, len(_PITCHES))
+_DOWN: FloatArray = directions(_HELD)[:, 0]
+_HELD_COST: FloatArray = PRIOR.costs(_HELD)[:, [PITCH, ROLL]].sum(axis=1)
+
+
+def starts(lines: Lines, log_f: float, tilts: int, count: int) -> FloatArray:
     """Return hypotheses (count, 9), the likeliest of the tables at a focal length in diagonals.
 
     tilts: for how many ways to hold the camera all azimuths are looked at.
     """
     few = lines.longest(_LONGEST)
     clutter = _KINDS @ few.clutter
-    rows = np.zeros((len(_PITCHES) * len(_ROLLS), N_PARAMETERS))
-    rows[:, PITCH], rows[:, ROLL] = np.repeat(_PITCHES, len(_ROLLS)), np.tile(_ROLLS, len(_PITCHES))
-    rows[:, LOG_F] = log_f
-    upright = _DIRECTION * _along(few, directions(rows)[0][:, 0], log_f)
-    held = prior.cost(rows)
-    cost = held - np.log(upright + (1 - _DIRECTION) * clutter) @ few.worth
-    best = np.argsort(cost)[:tilts]
-    every = np.repeat(rows[best], len(_AZIMUTHS), axis=0)
-    every[:, AZIMUTH] = np.tile(_AZIMUTHS, len(best))
-    level = _DIRECTION * _along(few, directions(every)[0][:, 1:], log_f).sum(axis=1)
+    upright = _DIRECTION * _along(few, _DOWN, log_f)
+    cost = _HELD_COST - np.log(upright + (1 - _DIRECTION) * clutter) @ few.worth
+    best = np.argpartition(cost, tilts)[:tilts]
+    every = np.repeat(_HELD[best], len(_AZIMUTHS), axis=0)
+    every[:, AZIMUTH], every[:, LOG_F] = np.tile(_AZIMUTHS, len(best)), log_f
+    level = _DIRECTION * _along(few, directions(every)[:, 1:], log_f).sum(axis=1)
     total = np.repeat(upright[best] + _CLUTTER * clutter, len(_AZIMUTHS), axis=0) + level
-    return _distinct(every, np.repeat(held[best], len(_AZIMUTHS)) - np.log(total) @ few.worth, count)
+    return _distinct(every, np.repeat(_HELD_COST[best], len(_AZIMUTHS)) - np.log(total) @ few.worth, count)
 
 
-def _along(lines: Lines, d: FloatArray, log_f: float) -> FloatArray:
+def _along(lines: Lines, d: FloatArray, log_f: float) -> SingleArray:
     """Return the density of segments along directions d (..., 3), (..., N), as blurred as the tables are coarse."""
     f = math.exp(log_f)
-    blurred = lines.sd_rad + _CELL_RAD
-    z2 = (strays(lines, d * (f, f, 1.0))[0] / blurred) ** 2
+    blurred = lines.sd_rad + np.float32(_CELL_RAD)
+    z2 = strays(lines, d * (f, f, 1.0))[0] / blurred
+    z2 *= z2
     z2 += 1
-    return 0.55 / (blurred * z2 * np.sqrt(z2))
+    z2 *= np.sqrt(z2)
+    z2 *= blurred / np.float32(0.55)
+    return np.reciprocal(z2, out=z2)
 
 
 def _distinct(rows: FloatArray, cost: FloatArray, count: int) -> FloatArray:

@@ -16,7 +16,7 @@ from ...photo import Photo
 #: which the noise of segments was measured.
 LONG_SIDE_PX = 640
 #: Segments shorter than this part of the diagonal tell little; of the others, the longest are looked at.
-_SHORTEST, _MOST = 0.016, 400
+_SHORTEST, _MOST = 0.016, 300
 #: Along the picture's edge, within this part of its sides, run the borders of scans and prints.
 _MARGIN = 0.012
 #: A person's box grows by this part of its sides: limbs and clothes reach beyond it.
@@ -49,8 +49,9 @@ def straight_segments(pixels: RGBArray, boxes_px: FloatArray) -> FloatArray:
     size = max(1, round(width * scale)), max(1, round(height * scale))
     if min(size) < 8:
         return np.zeros((0, 4))
-    small = cv2.resize(pixels, size, interpolation=cv2.INTER_AREA) if scale < 1 else pixels
-    grey = cv2.cvtColor(small, cv2.COLOR_RGB2GRAY)
+    grey = cv2.cvtColor(pixels, cv2.COLOR_RGB2GRAY)
+    if scale < 1:
+        grey = cv2.resize(grey, size, interpolation=cv2.INTER_AREA)
     # a pixel is looked up at its middle, where OpenCV counts it from
     found = cv2.createLineSegmentDetector(cv2.LSD_REFINE_NONE).detect(grey)[0]
     if cast(object, found) is None:
