@@ -13,6 +13,7 @@ from typing import Any
 
 from PIL import Image
 
+from benchmarks.robustness.fuzz_annotations import annotations
 from benchmarks.robustness.fuzz_damage import Rng, broken_bytes, broken_json, broken_text, mutated, pick
 from benchmarks.robustness.fuzz_fixed_camera import calibration, clip, detections, region
 from benchmarks.robustness.fuzz_recordings import HEIGHT, WIDTH, HandIn, recorded_whole, recording
@@ -247,6 +248,7 @@ WHOLE: dict[str, Whole] = {
     "camera table": Whole(10, _camera_table), "mount": Whole(6, _mount), "metadata": Whole(10, _metadata),
     "corrections": Whole(7, _corrections), "results": Whole(3, _results), "calibration": Whole(5, calibration),
     "detections": Whole(4, detections), "region": Whole(2, region), "clip": Whole(1, clip),
+    "annotations": Whole(3, annotations),
 }  # fmt: skip
 
 

@@ -42,6 +42,7 @@ def _flat(x: float, joints: int = 17) -> list[float]:
 def _own() -> Any:
     camera = {"fx": 700, "fy": 700, "cx": 320, "cy": 240, "k1": -0.05}
     people = [{"keypoints": _person(x), "box": [x - 40, 140, x + 40, 350], "score": 0.9} for x in (150, 320, 500)]
+    people[0] |= {"depth_m": 4.0, "depth_sd_m": 0.1, "attributes": {"mask": "no", "group": 3}}
     images = [{"filename": n, "width": WIDTH, "height": HEIGHT, "camera": camera, "people": people} for n in _NAMES]
     return {"skeleton": "coco17", "images": images}
 
