@@ -396,6 +396,8 @@ def test_strangers_are_told_nothing(client: httpx.Client) -> None:
         ('{"photo": null, "action": "name_tag", "value": {"tag": "P0", "name": "\\ud800"}}', 400),
         ('{"photo": null, "action": "set_tape", "value": {"shoot": 0, "a": "P0", "b": "../x", "metres": 1}}', 400),
         ('{"photo": null, "action": "finish", "value": {"done": true}}', 400),
+        ('{"photo": 0, "action": "add_person", "value": {"points": {"Head": [0, 1' + "0" * 400 + "]}}}", 400),
+        ('{"photo": 0, "action": "set_lens", "value": {"scope": ["all"], "lens": null}}', 400),
         ('{"photo": 0, "action": "undo", "value": {}}', 400),
         ('{"photo": 0, "action": "finish", "value": ' + "[" * 9000 + "}", 400),
         ("x" * 70_000, 413),

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
@@ -22,6 +21,8 @@ MOST_NUMBER = 999
 MOST_PEOPLE = 400
 _LONGEST_NAME = 100
 _LARGEST_PX = 1_000_000
+#: Larger numbers are neither pixels nor metres.
+_LARGEST = 1e9
 _PERSON, _CAMERA = re.compile(r"P(0|[1-9]\d{0,2})"), re.compile(r"C(0|[1-9]\d{0,2})")
 
 Value = Mapping[str, Any]
@@ -33,9 +34,8 @@ def _need(condition: bool, what: str) -> None:
 
 
 def _number(value: Any, what: str) -> float:
-    _need(
-        isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value), f"{what} is a number"
-    )
+    is_number = isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= _LARGEST
+    _need(is_number, f"{what} is a number")
     return float(value)
 
 

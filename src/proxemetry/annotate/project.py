@@ -138,7 +138,7 @@ class Project:
             full["person"] = self._next_key(photo)
         if "scope" in full:
             scope = full.pop("scope")
-            if scope not in SCOPES:
+            if not isinstance(scope, str) or scope not in SCOPES:
                 raise SettingsError(f"scope {scope!r} is unknown: use one of {', '.join(SCOPES)}")
             full["photos"] = [other.sha256 for other in self.photos if SCOPES[scope](photo, other)]
         return full
