@@ -74,6 +74,7 @@ def seen_once_more(t_s, covariance, stature=1.75, sd=0.1):
     return Sightings(
         t_s, sighting.positions_m, np.array([covariance]), sighting.scores, sighting.boxes_px, sighting.rows,
         sighting.heading_rad, sighting.heading_sd_rad, np.array([stature]), np.array([sd]), sighting.lasting_m2,
+        sighting.floor_m2,
     )  # fmt: skip
 
 

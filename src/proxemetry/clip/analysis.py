@@ -26,7 +26,7 @@ from .exposure import (
     pairs_over_time,
     weights_s,
 )
-from .floor import CameraError, is_complete
+from .floor import SharedError, is_complete
 from .following import Followed, follow, smoothed, with_statures
 from .groups import group_probabilities, groups_of
 from .measuring import PART, Measured, scenes_of
@@ -100,11 +100,11 @@ class Analysis:
     facing: dict[tuple[int, int, int], float]
 
     def sensitivity(self, camera: int) -> Sensitivity:
-        """Return what places owe to a camera's own error."""
+        """Return what places owe to the errors of a camera and of its floor."""
         known = self.cameras.get(camera)
         if known is None or known.mount is None or known.camera is None:
             return exactly_known
-        return CameraError(known.mount, known.mount.camera or known.camera)
+        return SharedError(known.mount, known.mount.camera or known.camera)
 
     def pairs(self) -> Iterator[PairOverTime]:
         """Yield every pair of tracks that were there at one time and count."""

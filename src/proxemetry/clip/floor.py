@@ -6,6 +6,7 @@ counted as each sighting's own. It comes back as one error for the whole clip wh
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -14,27 +15,45 @@ from ..arrays import FloatArray
 from ..bodies import Bodies
 from ..camera import Camera, FloorFrame, Mount
 from ..distances import ground_frame
+from ..locate.scenefit.fit import FLOOR_SD_M, FLOOR_SLOPE_SD
 from ..people import People
 from .sightings import Sightings
 
 _STEP = 1e-4
 _N_CAMERA = 4
+#: Over so many metres a floor is as high or as low: slopes and cambers stretch over a room or a street's width. An
+#: assumption; who stands side by side stands on the same.
+FLOOR_REACH_M = 3.0
+#: What a body's size tells of its distance: statures spread by so much (ANSUR II, both sexes). Where feet tell less,
+#: the floor hardly matters.
+_SIZE_SD = 0.06
+#: So many waves make a floor.
+_WAVES = 12
 
 
-def sightings_of(t_s: float, people: People, bodies: Bodies, frame: FloorFrame | None) -> Sightings:
-    """Return the people of a frame who have a place, on the floor of `frame` (the camera's own where it is None)."""
+def sightings_of(t_s: float, people: People, bodies: Bodies, mount: Mount | None) -> Sightings:
+    """Return the people of a frame who have a place, on the floor of the mount (the camera's own where it is None).
+
+    Where the mount is held, what an uneven floor does is kept apart from everybody's own uncertainty: it is the
+    place's, the same in every frame and for whoever stands there, and comes back with the camera's (`SharedError`).
+    """
     rows = np.flatnonzero(bodies.placed)
     axes = ground_frame(bodies.up)[:2]
+    frame = None if mount is None else mount.floor_frame
     turn = _turn(frame)
     floor = bodies.positions_m[rows] @ axes.T
     blocks = bodies.covariance_m2.reshape(len(bodies), 3, len(bodies), 3)
     own = np.array([blocks[k, :, k, :] for k in rows]).reshape(-1, 3, 3)
+    spread = axes @ own @ axes.T
+    uneven = np.zeros_like(spread)
+    if mount is not None and bodies.method == "scene":
+        uneven = _within(spread, uneven_m(floor, mount.height_m))
     heading = bodies.heading_rad[rows]
     facing = np.stack([np.sin(heading), -np.cos(heading)], axis=-1) @ turn.T
     return Sightings(
         t_s,
         floor if frame is None else frame.to_user(floor),
-        turn @ (axes @ own @ axes.T) @ turn.T,
+        turn @ (spread - uneven) @ turn.T,
         people.person_scores[rows],
         people.boxes_px[rows],
         rows,
@@ -43,7 +62,35 @@ def sightings_of(t_s: float, people: People, bodies: Bodies, frame: FloorFrame |
         bodies.stature_m[rows],
         bodies.stature_sd_m[rows],
         np.zeros((len(rows), 2, 2)),
+        turn @ uneven @ turn.T,
     )
+
+
+def uneven_m(own_m: FloatArray, height_m: float) -> FloatArray:
+    """Return by how much an uneven floor puts people at places (n, 2) wrong, one standard deviation, shape (n, 2).
+
+    own_m: metres to the right and ahead of the camera's foot. The error lies along the line of sight: a floor that is
+    higher by e looks nearer by e times distance over height. Feet and size together tell the distance, each by its
+    certainty, so that the floor's part of the error is the feet's weight times the feet's error.
+    """
+    away = np.linalg.norm(own_m, axis=1)
+    ahead = own_m / np.maximum(away, 1e-9)[:, None]
+    range_m = np.hypot(away, height_m)
+    feet = away / height_m * np.hypot(FLOOR_SD_M, FLOOR_SLOPE_SD * range_m)
+    size = _SIZE_SD * range_m
+    return ahead * (feet * size**2 / (size**2 + feet**2))[:, None]
+
+
+def _within(covariance_m2: FloatArray, shift_m: FloatArray) -> FloatArray:
+    """Return what shifts (n, 2) contribute to covariances (n, 2, 2), as far as these hold it."""
+    inside = np.linalg.solve(covariance_m2, shift_m[..., None])[..., 0]
+    share = (shift_m * inside).sum(axis=1)  # of the variance along the shift; beyond one it is not in there
+    kept = np.minimum(1.0, _MOST_OF_IT / np.maximum(share, 1e-12))
+    return kept[:, None, None] * shift_m[:, :, None] * shift_m[:, None, :]
+
+
+#: A floor's part of somebody's uncertainty is never all of it.
+_MOST_OF_IT = 0.95
 
 
 def _turn(frame: FloorFrame | None) -> FloatArray:
@@ -64,19 +111,22 @@ def is_complete(mount: Mount | None) -> bool:
 
 
 @dataclass(frozen=True)
-class CameraError:
-    """What the places of a clip owe to their camera: one error for all of them (an `exposure.Sensitivity`)."""
+class SharedError:
+    """What the places of a clip owe to their camera and to their floor, for all people alike: a `Sensitivity`.
+
+    The camera is off in four ways. The floor is a field over places: independent waves of amplitudes drawn once.
+    """
 
     mount: Mount
     camera: Camera
 
     def __call__(self, places_m: FloatArray) -> FloatArray:
-        """Return the shift of places (n, 2) on the floor per standard deviation of the camera, shape (n, 2, K)."""
-        root = self._root()
+        """Return the shift of places (n, 2) on the floor per standard deviation of each cause, shape (n, 2, K)."""
         frame = self.mount.floor_frame
         own = places_m if frame is None else frame.from_user(places_m)
-        slopes = np.stack([self._slope(own, k) for k in range(_N_CAMERA)], axis=-1)
-        return _turn(frame) @ slopes @ root
+        slopes = np.stack([self._slope(own, k) for k in range(_N_CAMERA)], axis=-1) @ self._root()
+        uneven = uneven_m(own, self.mount.height_m)
+        return _turn(frame) @ np.concatenate([slopes, uneven[:, :, None] * _waves(own)[:, None]], axis=-1)
 
     def _root(self) -> FloatArray:
         covariance = np.nan_to_num(np.array(self.mount.covariance))
@@ -99,6 +149,19 @@ class CameraError:
         seen = seen * (1.0, 1.0, np.exp(off[3]))  # a longer lens puts the same pixel nearer to the axis
         moved = seen @ ground_frame(_up(pitch + off[0], roll + off[1])).T
         return moved[:, :2] * (-height * np.exp(off[2]) / moved[:, 2])[:, None]
+
+
+def _waves(own_m: FloatArray) -> FloatArray:
+    """Return waves over the floor, shape (n, 2 * _WAVES), whose products sum to exp(-d^2 / (2 FLOOR_REACH_M^2)).
+
+    d is how far two places are apart. Random Fourier features of that kernel (Rahimi and Recht 2007), their frequencies
+    spread evenly instead of drawn.
+    """
+    k = np.arange(_WAVES)
+    size = np.sqrt(-2 * np.log1p(-(k + 0.5) / _WAVES)) / FLOOR_REACH_M
+    turn = k * math.pi * (3 - math.sqrt(5))
+    phase = own_m @ np.stack([size * np.cos(turn), size * np.sin(turn)])
+    return np.concatenate([np.cos(phase), np.sin(phase)], axis=1) / math.sqrt(_WAVES)
 
 
 def _up(pitch_rad: float, roll_rad: float) -> FloatArray:

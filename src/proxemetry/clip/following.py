@@ -63,10 +63,13 @@ def follow(
 
 
 def _chains(seen: Sequence[Sightings], times: FloatArray, width_px: float) -> list[Chain]:
-    """Return everybody's chain through the frames of a shot, whatever the order of people in each."""
+    """Return everybody's chain through the frames of a shot, whatever the order of people in each.
+
+    Forecasts and sightings are compared as vaguely as single photos know them, floor and all.
+    """
     if len(times) > 1 and float(np.median(np.diff(times))) > LONGEST_STEP_S:
         return [Chain(np.array([k]), np.array([p])) for k, s in enumerate(seen) for p in range(len(s))]
-    ordered = [s.taken(np.lexsort(s.positions_m.T[::-1])) for s in seen]
+    ordered = [s.by_themselves().taken(np.lexsort(s.positions_m.T[::-1])) for s in seen]
     back = [np.lexsort(s.positions_m.T[::-1]) for s in seen]
     chains = track(ordered, width_px=width_px)
     scale = _noise_scale(chains, ordered, times)

@@ -11,7 +11,7 @@ from ..archive.run.interrupts import WorkerProcesses
 from ..archive.store import parts
 from ..archive.store.folder import Folder
 from ..bodies import Bodies
-from ..camera import FloorFrame, Mount
+from ..camera import Mount
 from ..measure import Settings, remeasure
 from ..people.attributes import Attributes
 from ..scene import Scene
@@ -84,11 +84,11 @@ def _place_part(task: _Task) -> list[Placed]:
     for scene, t_s, mount, known in zip(scenes, task.times_s, task.mounts, task.statures, strict=False):
         facing = _facing_each_other(scene)
         bodies = scene.bodies
-        frame: FloorFrame | None = None
-        if mount is not None and scene.status == "ok" and len(scene):
-            frame = mount.floor_frame
+        if scene.status != "ok" or not len(scene):
+            mount = None
+        if mount is not None:
             bodies = _held_fit(scene, mount, task.settings, known)
-        seen = sightings_of(t_s, scene.people, bodies, frame)
+        seen = sightings_of(t_s, scene.people, bodies, mount)
         answer.append(Placed(seen, scene.status, scene.reason, len(scene), facing, scene.people.attributes))
     return answer
 

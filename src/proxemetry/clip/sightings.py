@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,9 +17,10 @@ class Sightings:
 
     t_s: when, in seconds of the clip. positions_m: shape (P, 2), on the floor. covariance_m2: shape (P, 2, 2), each
     person's own uncertainty, given the camera; of it lasting_m2 is one and the same error in all sightings of a person,
-    besides what `smoothing.LASTING_SHARE` says. scores: shape (P,), 0..1. boxes_px: shape (P, 4), NaN where there is no
-    picture. rows: shape (P,), each person's row in the frame's scene. heading_rad, heading_sd_rad, stature_m,
-    stature_sd_m: shape (P,), NaN where unknown; a heading is an angle on the floor, from x towards y.
+    besides what `smoothing.LASTING_SHARE` says. floor_m2: shape (P, 2, 2), what the floor's unevenness adds. scores:
+    shape (P,), 0..1. boxes_px: shape (P, 4), NaN where there is no picture. rows: shape (P,), each person's row in the
+    frame's scene. heading_rad, heading_sd_rad, stature_m, stature_sd_m: shape (P,), NaN where unknown; a heading is an
+    angle on the floor, from x towards y.
     """
 
     t_s: float
@@ -33,6 +34,7 @@ class Sightings:
     stature_m: FloatArray
     stature_sd_m: FloatArray
     lasting_m2: FloatArray
+    floor_m2: FloatArray
 
     def __len__(self) -> int:
         return len(self.positions_m)
@@ -46,15 +48,19 @@ class Sightings:
         variance = np.broadcast_to(np.asarray(sd_m, dtype=float) ** 2, (count,))
         return cls(
             t_s, positions, variance[:, None, None] * np.eye(2), np.ones(count), np.full((count, 4), np.nan),
-            np.arange(count), unknown, unknown, unknown, unknown, np.zeros((count, 2, 2)),
+            np.arange(count), unknown, unknown, unknown, unknown, *np.zeros((2, count, 2, 2)),
         )  # fmt: skip
+
+    def by_themselves(self) -> Sightings:
+        """Return the people as single photos know them: the floor's unevenness is part of each one's uncertainty."""
+        return replace(self, covariance_m2=self.covariance_m2 + self.floor_m2, floor_m2=np.zeros_like(self.floor_m2))
 
     def taken(self, order: NDArray[np.intp]) -> Sightings:
         """Return some of the people, in this order."""
         return Sightings(
             self.t_s, self.positions_m[order], self.covariance_m2[order], self.scores[order], self.boxes_px[order],
             self.rows[order], self.heading_rad[order], self.heading_sd_rad[order], self.stature_m[order],
-            self.stature_sd_m[order], self.lasting_m2[order],
+            self.stature_sd_m[order], self.lasting_m2[order], self.floor_m2[order],
         )  # fmt: skip
 
 
