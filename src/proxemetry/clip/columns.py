@@ -58,8 +58,8 @@ def _tracks(limits: Sequence[str]) -> tuple[Column, ...]:
             "x_m", _N, "m", "place on the floor; of the user's coordinates where the mount has them, else to the right"
         ),
         Column("y_m", _N, "m", "place on the floor; else ahead of the camera"),
-        Column("x_sd_m", _N, "m", "standard deviation of x_m, the camera's error included"),
-        Column("y_sd_m", _N, "m", "standard deviation of y_m, the camera's error included"),
+        Column("x_sd_m", _N, "m", "standard deviation of x_m, the errors of camera and floor included"),
+        Column("y_sd_m", _N, "m", "standard deviation of y_m, the errors of camera and floor included"),
         Column("vx_m_s", _N, "m/s", "velocity along x"),
         Column("vy_m_s", _N, "m/s", "velocity along y"),
         Column("heading_deg", _N, "degrees", "where the body faces, from x towards y; empty where unknown"),
