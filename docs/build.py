@@ -9,14 +9,14 @@ import subprocess
 import sys
 from pathlib import Path
 
-from proxemetry.tables import codebook_markdown
+from proxemetry.clip.columns import codebook_page
 
 ROOT = Path(__file__).resolve().parent.parent
 
 
 def main() -> int:
     """Write the codebook and the site."""
-    (ROOT / "docs" / "codebook.md").write_text(codebook_markdown(), encoding="utf-8")
+    (ROOT / "docs" / "codebook.md").write_text(codebook_page(), encoding="utf-8")
     command = [sys.executable, "-m", "mkdocs", "build", "--quiet", "--config-file", str(ROOT / "mkdocs.yml")]
     return subprocess.run([*command, *sys.argv[1:]], cwd=ROOT, check=False).returncode
 

@@ -12,8 +12,9 @@ from proxemetry.archive.run.run import run
 from proxemetry.archive.run.work import Job
 from proxemetry.archive.store.results import Results
 from proxemetry.cli import main
+from proxemetry.clip.columns import codebook_page
 from proxemetry.scene import Scene
-from proxemetry.tables import TABLES, all_columns, codebook_markdown, rows, safe_distance_columns
+from proxemetry.tables import TABLES, all_columns, rows, safe_distance_columns
 from synthetic.small_photos import write_photos
 
 
@@ -87,9 +88,9 @@ def test_coco_keypoints_are_those_of_the_scenes(results, tmp_path, capsys):
 
 def test_the_codebook_page_is_that_of_the_tables(capsys):
     assert main(["export", "--codebook"]) == 0
-    assert capsys.readouterr().out == codebook_markdown()
+    assert capsys.readouterr().out == codebook_page()
     page = Path(__file__).parents[1] / "docs" / "codebook.md"
-    assert page.read_text() == codebook_markdown(), "make it anew: proxemetry export --codebook > docs/codebook.md"
+    assert page.read_text() == codebook_page(), "make it anew: proxemetry export --codebook > docs/codebook.md"
 
 
 def test_every_column_has_a_unit_where_its_name_has_one():

@@ -3,10 +3,12 @@
 import csv
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
 import time
+import zipfile
 from pathlib import Path
 
 import cv2
@@ -108,7 +110,35 @@ def test_spss_has_the_same_tables_with_labels(results, tmp_path):
     assert main(["export", str(results), "--format", "spss", "--out", str(tmp_path)]) == 0
     frame, about = pyreadstat.read_sav(tmp_path / "exposure.sav")
     assert len(frame) == len(table(results, "exposure"))
-    assert about.column_names_to_labels["seconds_within_1.5"] == "expected seconds within 1.5 m of each other"
+    assert about.column_names_to_labels["seconds_within_1.5"] == "expected seconds within 1.5 m of each other [s]"
+    assert about.variable_value_labels == {"same_group": {0.0: "no", 1.0: "yes"}}
+
+
+def test_a_workbook_and_another_country_s_csv_have_the_same_rows(results, tmp_path):
+    pytest.importorskip("xlsxwriter")
+    formats = ("--format", "xlsx,csv,parquet,coco", "--locale", "fi")
+    assert main(["export", str(results), *formats, "--out", str(tmp_path)]) == 0
+    plain = table(results, "exposure")
+    with zipfile.ZipFile(tmp_path / "results.xlsx") as book:
+        names = re.findall(r'<sheet name="(\w+)"', book.read("xl/workbook.xml").decode())
+        sheet = book.read(f"xl/worksheets/sheet{1 + names.index('exposure')}.xml").decode()
+    assert names == ["frames", "tracks", "people", "pairs_over_time", "exposure", "events", "codebook"]
+    assert sheet.count("<row ") == 1 + len(plain)
+    head, first, *_ = (tmp_path / "exposure.csv").read_text(encoding="utf-8-sig").splitlines()
+    assert head.split(";") == list(plain[0])
+    value = first.split(";")[head.split(";").index("closest_m")]
+    assert float(value.replace(",", ".")) == pytest.approx(float(plain[0]["closest_m"])) and "," in value
+    assert (tmp_path / "exposure.parquet").read_bytes() == (results / "exposure.parquet").read_bytes()
+    assert (tmp_path / "coco_keypoints.json").exists()
+
+
+def test_what_lies_in_the_folder_is_not_written_again(results, tmp_path, capsys):
+    assert main(["export", str(results)]) == 0
+    assert "there already" in capsys.readouterr().out
+    assert main(["export", str(results), "--out", str(tmp_path)]) == 0
+    assert (tmp_path / "tracks.csv").read_bytes() == (results / "tracks.csv").read_bytes()
+    assert main(["export", str(results), "--locale", "fi"]) == 2
+    assert "--locale needs --out" in capsys.readouterr().err
 
 
 def test_the_page_needs_nothing_else(results):
@@ -165,6 +195,8 @@ def test_other_settings_are_refused(made, results, capsys):
 
 
 def test_aggregates_name_nobody(made, tmp_path):
+    assert video(made, tmp_path / "out") == 0
+    (tmp_path / "out" / "tracks_1.sav").write_bytes(b"an export's")
     assert video(made, tmp_path / "out", "--aggregate-only") == 0
     left = {p.name for p in (tmp_path / "out").rglob("*") if p.is_file()}
     assert left == {

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from proxemetry.cli import COMMANDS
-from proxemetry.tables import codebook_markdown
+from proxemetry.clip.columns import codebook_page
 
 ROOT = Path(__file__).resolve().parent.parent
 PAGES = sorted((ROOT / "docs").glob("*.md"))
@@ -17,7 +17,7 @@ GUIDE = [ROOT / "docs" / f"{n}.md" for n in ("index", "quickstart", "review", "p
 
 
 def test_the_codebook_is_that_of_the_tables() -> None:
-    assert (ROOT / "docs" / "codebook.md").read_text() == codebook_markdown()
+    assert (ROOT / "docs" / "codebook.md").read_text() == codebook_page()
 
 
 @pytest.mark.parametrize("page", GUIDE, ids=lambda p: p.stem)

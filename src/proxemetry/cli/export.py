@@ -8,10 +8,10 @@ from ..archive.figures.export import COCO_FILE, write_coco, write_spss
 from ..archive.figures.spreadsheet import Locale, write_local_csv, write_xlsx
 from ..archive.store.folder import Folder
 from ..archive.store.results import TABLE_FORMATS, Results
-from ..clip.spss import is_clip
-from ..clip.spss import write_spss as write_clip_spss
+from ..clip.columns import codebook_page
+from ..clip.tables_again import is_clip, write_again
 from ..errors import SettingsError
-from ..tables import TABLES, codebook_markdown
+from ..tables import TABLES
 from . import DONE
 from .camera_options import number
 
@@ -54,7 +54,7 @@ def _formats(text: str) -> tuple[str, ...]:
 def run(args: argparse.Namespace) -> int:
     """Write what was asked for and return the exit code."""
     if args.codebook:
-        print(codebook_markdown(), end="")
+        print(codebook_page(), end="")
         return DONE
     if args.results is None:
         raise SettingsError("no results named: proxemetry export DIR")
@@ -67,7 +67,7 @@ def run(args: argparse.Namespace) -> int:
     tables = [f for f in args.format if f in TABLE_FORMATS]
     written: list[str] = []
     if args.locale is not None:
-        written += _write_local(args, results, target, safe)
+        written += write_local_csv(results, target, _locale(args, results.folder, target), safe)
         tables = [form for form in tables if form != "csv"]
     if tables:
         results.write_tables(safe, target, tables)
@@ -84,21 +84,24 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _clip(args: argparse.Namespace) -> int:
-    """Write a clip's tables for SPSS; its other files are there from the start."""
+    """Write a clip's tables in other forms; CSV, Parquet and COCO are there from the start."""
     folder = Folder(args.results)
-    if tuple(args.format) != ("spss",):
-        raise SettingsError(
-            f"{args.results}: a clip's CSV, Parquet and COCO files are in it; --format spss writes more"
-        )
     target = Folder(args.out) if args.out else folder
-    print(f"written to {target.location}: {', '.join(write_clip_spss(folder, target))}")
+    if args.safe_distance is not None:
+        raise SettingsError("--safe-distance: of a clip ask `proxemetry video --within`")
+    locale = None if args.locale is None else _locale(args, folder, target)
+    written = write_again(folder, target, args.format, locale)
+    if not written:
+        print(f"{folder.location}: {', '.join(args.format)} are there already; --out copies them")
+        return DONE
+    print(f"written to {target.location}: {', '.join(written)}")
     return DONE
 
 
-def _write_local(args: argparse.Namespace, results: Results, target: Folder, safe_m: float | None) -> list[str]:
-    """Write CSV of a locale; the results folder's own CSV files stay as scripts expect them."""
+def _locale(args: argparse.Namespace, folder: Folder, target: Folder) -> Locale:
+    """Return the locale of CSV files; the results folder's own stay as scripts expect them."""
     if "csv" not in args.format:
         raise SettingsError("--locale is for CSV: add --format csv")
-    if target.location == results.folder.location:
+    if target.location == folder.location:
         raise SettingsError("--locale needs --out: the results folder keeps its CSV files as scripts read them")
-    return write_local_csv(results, target, Locale.named(args.locale), safe_m)
+    return Locale.named(args.locale)

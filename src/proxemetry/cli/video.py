@@ -162,6 +162,8 @@ def _job(args: argparse.Namespace) -> tuple[Job, Wanted]:
     if args.min_event < 0:
         raise SettingsError(f"--min-event {args.min_event:g}: it must be 0 or more")
     if args.annotated:
+        if args.aggregate_only:
+            raise SettingsError("--annotated shows everybody, --aggregate-only nobody: leave one of them out")
         from ..clip.annotate import require_encoder
 
         require_encoder()

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from ..tables import Column, attribute_columns
+from ..tables import Column, attribute_columns, codebook_markdown, markdown_table
 
 #: The tables of a clip's folder; the last four name tracks, and stay away with --aggregate-only.
 TABLES = ("frames", "tracks", "people", "pairs_over_time", "exposure", "events")
@@ -32,12 +32,12 @@ def columns(table: str, limits: Sequence[float | str], attributes: Sequence[str]
 
 def _frames(limits: Sequence[str]) -> tuple[Column, ...]:
     return (
-        Column("frame", _I, "", "number of the frame among those looked at, from 0"),
+        Column("frame", _I, "", "number of the frame among those looked at, from 0", identifies=True),
         Column("t_s", _N, "s", "when, from the clip's beginning"),
-        Column("status", _T, "", "ok, no_camera or failed"),
+        Column("status", _T, "", "ok, no_camera or failed", levels=("ok", "no_camera", "failed")),
         Column("reason", _T, "", "why nothing was measured"),
-        Column("shot", _I, "", "stretch without a cut, from 0"),
-        Column("camera", _I, "", "camera position; the same number is the same place"),
+        Column("shot", _I, "", "stretch without a cut, from 0", identifies=True),
+        Column("camera", _I, "", "camera position; the same number is the same place", identifies=True),
         Column("camera_ok", _B, "", "false: the camera moved, or nothing tells where it is; every frame is on its own"),
         Column("n_people", _I, "", "tracks that were there, seen or bridged (of a moving camera: people found)"),
         Column("n_detected", _I, "", "people found in the picture, false ones included"),
@@ -51,8 +51,8 @@ def _frames(limits: Sequence[str]) -> tuple[Column, ...]:
 
 def _tracks(limits: Sequence[str]) -> tuple[Column, ...]:
     return (
-        Column("track", _I, "", "number of the track, from 1, made anew in every clip"),
-        Column("frame", _I, "", "number of the frame"),
+        Column("track", _I, "", "number of the track, from 1, made anew in every clip", identifies=True),
+        Column("frame", _I, "", "number of the frame", identifies=True),
         Column("t_s", _N, "s", "when"),
         Column(
             "x_m", _N, "m", "place on the floor; of the user's coordinates where the mount has them, else to the right"
@@ -62,22 +62,22 @@ def _tracks(limits: Sequence[str]) -> tuple[Column, ...]:
         Column("y_sd_m", _N, "m", "standard deviation of y_m, the errors of camera and floor included"),
         Column("vx_m_s", _N, "m/s", "velocity along x"),
         Column("vy_m_s", _N, "m/s", "velocity along y"),
-        Column("heading_deg", _N, "degrees", "where the body faces, from x towards y; empty where unknown"),
-        Column("seen", _T, "", "seen, or bridged: a gap filled from both sides"),
+        Column("heading_deg", _N, "deg", "where the body faces, from x towards y; empty where unknown"),
+        Column("seen", _T, "", "seen, or bridged: a gap filled from both sides", levels=("seen", "bridged")),
     )
 
 
 def _people(limits: Sequence[str]) -> tuple[Column, ...]:
     return (
-        Column("track", _I, "", "number of the track; a person who comes back later is another track"),
-        Column("shot", _I, "", "stretch without a cut"),
+        Column("track", _I, "", "number of the track; a person who comes back later is another track", identifies=True),
+        Column("shot", _I, "", "stretch without a cut", identifies=True),
         Column("from_s", _N, "s", "first sighting"),
         Column("to_s", _N, "s", "last sighting"),
         Column("n_seen", _I, "", "frames in which the person was seen"),
         Column("n_bridged", _I, "", "frames that were bridged"),
         Column("stature_m", _N, "m", "one stature for the whole track; a by-product of the fit, wide"),
         Column("stature_sd_m", _N, "m", "its standard deviation"),
-        Column("group", _I, "", "number of the group; alone: a group of one"),
+        Column("group", _I, "", "number of the group; alone: a group of one", identifies=True),
         Column("group_size", _I, "", "how many tracks are in it"),
         Column("length_m", _N, "m", "how far the person went"),
         Column("speed_m_s", _N, "m/s", "median speed"),
@@ -91,9 +91,9 @@ def _people(limits: Sequence[str]) -> tuple[Column, ...]:
 
 def _pairs_over_time(limits: Sequence[str]) -> tuple[Column, ...]:
     return (
-        Column("track_a", _I, "", "one of the two"),
-        Column("track_b", _I, "", "the other"),
-        Column("frame", _I, "", "number of the frame"),
+        Column("track_a", _I, "", "one of the two", identifies=True),
+        Column("track_b", _I, "", "the other", identifies=True),
+        Column("frame", _I, "", "number of the frame", identifies=True),
         Column("t_s", _N, "s", "when"),
         Column("distance_m", _N, "m", "distance between body centres on the floor, from the smoothed paths"),
         Column("low_m", _N, "m", "lower end of the 90 % interval"),
@@ -113,8 +113,8 @@ def _exposure(limits: Sequence[str]) -> tuple[Column, ...]:
             Column(f"high_s_{x}", _N, "s", f"upper end of its 90 % interval, {x} m"),
         ]
     return (
-        Column("track_a", _I, "", "one of the two"),
-        Column("track_b", _I, "", "the other"),
+        Column("track_a", _I, "", "one of the two", identifies=True),
+        Column("track_b", _I, "", "the other", identifies=True),
         Column("seconds_together", _N, "s", "how long both were there"),
         *per_limit,
         Column("closest_m", _N, "m", "smallest distance"),
@@ -129,8 +129,8 @@ def _exposure(limits: Sequence[str]) -> tuple[Column, ...]:
 
 def _events(limits: Sequence[str]) -> tuple[Column, ...]:
     return (
-        Column("track_a", _I, "", "one of the two"),
-        Column("track_b", _I, "", "the other"),
+        Column("track_a", _I, "", "one of the two", identifies=True),
+        Column("track_b", _I, "", "the other", identifies=True),
         Column("within_m", _N, "m", "the limit"),
         Column("begin_s", _N, "s", "from when the two were nearer"),
         Column("end_s", _N, "s", "until they were further apart than 1.15 times the limit"),
@@ -141,6 +141,33 @@ def _events(limits: Sequence[str]) -> tuple[Column, ...]:
         Column("p_same_group", _N, "", "probability that the two belong together"),
         Column("same_group", _B, "", "whether they are in one group"),
     )
+
+
+#: What a row of each table is, and what its numbers come from.
+SOURCES = {
+    "frames": "A row a frame that was looked at. People are counted on their smoothed paths; pairs are sums of "
+    "probabilities; `status` and `n_detected` are of the frame by itself.",
+    "tracks": "A row a person and frame. Places and velocities are the smoothed path (Rauch-Tung-Striebel) through the "
+    "scene fit's places, all frames before and after known; headings are the fit's own, frame by frame.",
+    "people": "A row a track. Statures are pooled over its frames; groups are a logistic regression on how two paths "
+    "lie to each other.",
+    "pairs_over_time": "A row a pair and frame in which both were there, from the two smoothed paths with their joint "
+    "covariance, the errors of camera and floor shared.",
+    "exposure": "A row a pair of tracks that were there at one time. Seconds are the integral of the probability over "
+    "time; their intervals come from 200 draws of the whole clip.",
+    "events": "A row an encounter: it begins below a limit, ends above 1.15 times it, and lasts `--min-event` or more.",
+}
+
+
+def codebook_page() -> str:
+    """Return the whole codebook as a page: tables of photos, then those of clips."""
+    about = (
+        "The tables in a folder of `proxemetry video`. X is each limit of `--within`, in metres; intervals hold 90 %."
+    )
+    lines = [codebook_markdown(), "# Clips", "", about, ""]
+    for table, of_table in codebook().items():
+        lines += [f"## Clips: {table}", "", SOURCES[table], "", *markdown_table(of_table), ""]
+    return "\n".join(lines)
 
 
 def codebook(limits: Sequence[float | str] = ("X",), attributes: Sequence[str] = ()) -> dict[str, tuple[Column, ...]]:

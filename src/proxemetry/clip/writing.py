@@ -6,23 +6,24 @@ Rows are written as they come, so that hours of many people need no more memory 
 from __future__ import annotations
 
 import csv
-import io
 import json
 import math
+import re
 from collections import defaultdict
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import ExitStack
 from dataclasses import asdict, dataclass, field
 from typing import Any, TextIO
 
 import numpy as np
 
+from ..archive.store import parts
 from ..archive.store.duck import attached, named, quoted
 from ..archive.store.folder import Folder
 from ..arrays import FloatArray
 from ..files import FORMULA, cell_of
 from ..people.attributes import keys_of
-from ..tables import MOST_COLUMNS, Column
+from ..tables import MOST_COLUMNS, Column, csv_about
 from .analysis import Analysis, Person, places_by_frame
 from .columns import OF_TRACKS, TABLES, codebook, columns, limit_name
 from .critical import critical_density, rate
@@ -33,7 +34,6 @@ from .exposure import PairOverTime, TotalExposure, Totals, same_group
 SUMMARY, MAPS, CODEBOOK = "summary.json", "maps.npz", "codebook.csv"
 #: A cell of an aggregate that fewer people make is left empty with --aggregate-only.
 FEWEST_PEOPLE = 5
-_KINDS = {"VARCHAR": "text", "INTEGER": "integer", "DOUBLE": "number", "BOOLEAN": "true or false"}
 
 
 @dataclass
@@ -114,7 +114,7 @@ def write_results(found: Analysis, folder: Folder, *, aggregate_only: bool = Fal
         _frames(found, tables["frames"], sums)
         for table in tables.values():
             table.finish()
-    folder.write(CODEBOOK, codebook_csv(limits, keys).encode())
+    folder.write(CODEBOOK, csv_about(codebook(limits, keys)).encode())
     if sums.maps is not None:
         _write_maps(found, folder, sums.maps, aggregate_only)
     return sums
@@ -123,16 +123,6 @@ def write_results(found: Analysis, folder: Folder, *, aggregate_only: bool = Fal
 def attributes_of(found: Analysis) -> tuple[str, ...]:
     """Return the attributes of people that the table of people has columns of: of very many the first by name."""
     return keys_of([p.attributes for p in found.people])[:MOST_COLUMNS]
-
-
-def codebook_csv(limits: Iterable[float], attributes: Sequence[str] = ()) -> str:
-    """Return the codebook of a clip's tables as CSV."""
-    out = io.StringIO()
-    writer = csv.writer(out, lineterminator="\n")
-    writer.writerow(("table", "column", "type", "unit", "meaning"))
-    for table, of_table in codebook(tuple(limits), attributes).items():
-        writer.writerows(map(cell_of, (table, c.name, _KINDS[c.kind], c.unit, c.meaning)) for c in of_table)
-    return out.getvalue()
 
 
 def _pairs(found: Analysis, tables: Mapping[str, _Table], sums: Sums, shown: int) -> None:
@@ -370,13 +360,16 @@ def write_json(folder: Folder, name: str, fields: Mapping[str, Any]) -> None:
     folder.write(name, (json.dumps(fields, indent=1, allow_nan=False) + "\n").encode())
 
 
-def remove_tracks(folder: Folder) -> None:
-    """Remove every table that names tracks, and what they were made of."""
-    from ..archive.store import parts
+#: Files of a clip's folder, besides its tables, in which single people can be followed or seen.
+_OF_PEOPLE = ("trajectories.txt", "mot.txt", "coco_keypoints.json", "annotated.mp4", "results.xlsx")
 
-    for name in OF_TRACKS:
-        for form in ("csv", "parquet", "sav"):
-            folder.remove(f"{name}.{form}")
+
+def remove_tracks(folder: Folder) -> None:
+    """Remove every file that names tracks, an earlier run's and an export's too, and what they were made of."""
+    tables = "|".join(OF_TRACKS)
+    for name in folder.names():
+        if name in _OF_PEOPLE or re.fullmatch(rf"({tables})(_\d+)?\.(csv|parquet|sav|sps)", name):
+            folder.remove(name)
     for name in folder.names(parts.FOLDER, ".parquet"):
         folder.remove(f"{parts.FOLDER}/{name}")
 

@@ -1,7 +1,15 @@
 """The three tidy tables of a results folder: their columns, units and meanings, and the rows of one scene."""
 
 from .attribute_columns import ENDS, MOST_COLUMNS, PREFIX, attribute_columns, column_name
-from .codebook import CORRECTIONS, codebook_csv, codebook_markdown, codebook_rows
+from .codebook import (
+    CORRECTIONS,
+    codebook_csv,
+    codebook_markdown,
+    codebook_rows,
+    csv_about,
+    markdown_table,
+    rows_about,
+)
 from .column import Column, Value
 from .photo_columns import safe_distance_columns
 from .rows import TABLES, all_columns, rows
@@ -20,6 +28,9 @@ __all__ = [
     "codebook_markdown",
     "codebook_rows",
     "column_name",
+    "csv_about",
+    "markdown_table",
     "rows",
+    "rows_about",
     "safe_distance_columns",
 ]

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 from ..files import cell_of
 from .attribute_columns import PREFIX
@@ -39,16 +39,26 @@ def codebook_rows(attributes: Sequence[str] = ()) -> tuple[list[str], Iterator[t
 
     attributes: those of people that the tables have columns of.
     """
-    listed = ((table, column) for table, columns in _codebook(attributes).items() for column in columns)
+    return rows_about(_codebook(attributes))
+
+
+def rows_about(tables: Mapping[str, Sequence[Column]]) -> tuple[list[str], Iterator[tuple[str, ...]]]:
+    """Return the same of any tables."""
+    listed = ((table, column) for table, columns in tables.items() for column in columns)
     rows = ((table, c.name, _KINDS[c.kind], c.unit, c.meaning) for table, c in listed)
     return ["table", "column", "type", "unit", "meaning"], rows
 
 
 def codebook_csv(attributes: Sequence[str] = ()) -> str:
     """Return the codebook as CSV, with the columns of these attributes of people."""
+    return csv_about(_codebook(attributes))
+
+
+def csv_about(tables: Mapping[str, Sequence[Column]]) -> str:
+    """Return the same of any tables."""
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
-    header, rows = codebook_rows(attributes)
+    header, rows = rows_about(tables)
     writer.writerow(header)
     writer.writerows(tuple(map(cell_of, row)) for row in rows)
     return out.getvalue()
@@ -64,7 +74,11 @@ def codebook_markdown() -> str:
         "",
     ]
     for table, columns in _codebook().items():
-        lines += [f"## {table}", "", "| column | type | unit | meaning |", "|---|---|---|---|"]
-        lines += [f"| `{c.name}` | {_KINDS[c.kind]} | {c.unit} | {c.meaning} |" for c in columns]
-        lines.append("")
+        lines += [f"## {table}", "", *markdown_table(columns), ""]
     return "\n".join(lines)
+
+
+def markdown_table(columns: Sequence[Column]) -> list[str]:
+    """Return the lines of a table's columns on a page."""
+    head = ["| column | type | unit | meaning |", "|---|---|---|---|"]
+    return head + [f"| `{c.name}` | {_KINDS[c.kind]} | {c.unit} | {c.meaning} |" for c in columns]

@@ -39,15 +39,24 @@ def write_spss(results: Results, target: Folder, safe_distance_m: float | None =
     and so on, and pairs.sps, SPSS syntax that joins them. Raises SettingsError where pyreadstat is missing,
     OutputError where a file cannot be written.
     """
+    duck = results.view()
+    attributes = attributes_in(duck)
+    tables = {
+        table: (columns, table_query(table, safe_distance_m, attributes))
+        for table, columns in all_columns(attributes).items()
+    }
+    return write_sav_files(duck, tables, target)
+
+
+def write_sav_files(duck: Any, tables: Mapping[str, tuple[Sequence[Column], str]], target: Folder) -> list[str]:
+    """Write tables, each with its columns and the query that gives its rows, as `write_spss` does."""
     if any(importlib.util.find_spec(package) is None for package in ("pandas", "pyreadstat")):
         raise SettingsError("SPSS files need an extra: pip install 'proxemetry[spss]'")
-    duck = results.view()
     written: list[str] = []
-    attributes = attributes_in(duck)
-    for table, columns in all_columns(attributes).items():
+    for table, (columns, rows) in tables.items():
         names_of = spss_names(columns)
         values = ", ".join(_spss_value(c, name) for c, name in zip(columns, names_of, strict=True))
-        query = f"SELECT {values} FROM ({table_query(table, safe_distance_m, attributes)})"
+        query = f"SELECT {values} FROM ({rows})"
         columns = [replace(c, name=name) for c, name in zip(columns, names_of, strict=True)]
         names, longest = _extent(duck, query, table, columns)
         _forget_spss(target, table)
@@ -74,12 +83,13 @@ def _spss_value(column: Column, name: str) -> str:
     A categorical column is the number of its level, from 1, with the level as the value's label; "uncertain", which is
     no level of an order, is a missing value that has a label.
     """
+    own, called = named(column.name), named(name)
     if column.levels:
         codes = " ".join(f"WHEN {quoted(level)} THEN {code}" for code, level in _codes(column).items())
-        return f"(CASE {column.name} {codes} END)::DOUBLE AS {name}"
+        return f"(CASE {own} {codes} END)::DOUBLE AS {called}"
     if column.kind == "VARCHAR":
-        return f"coalesce({named(column.name)}, '') AS {name}"
-    return f"{column.name}::{'INTEGER::' if column.kind == 'BOOLEAN' else ''}DOUBLE AS {name}"
+        return f"coalesce({own}, '') AS {called}"
+    return f"{own}::{'INTEGER::' if column.kind == 'BOOLEAN' else ''}DOUBLE AS {called}"
 
 
 def _codes(column: Column) -> dict[int, str]:
@@ -103,7 +113,7 @@ def _measure(column: Column) -> str:
 def _extent(duck: Any, query: str, table: str, columns: Sequence[Column]) -> tuple[list[str], dict[str, int]]:
     """Return the names of a table's files, and how many bytes each text column needs."""
     texts = [c.name for c in columns if c.kind == "VARCHAR" and not c.levels]
-    longest = ", ".join(f"coalesce(max(strlen({name})), 0)" for name in texts)
+    longest = ", ".join(f"coalesce(max(strlen({named(name)})), 0)" for name in texts)
     rows, *widths = duck.execute(f"SELECT count(*), {longest} FROM ({query})").fetchone()
     count = max(1, -(-rows // (_VECTORS_A_FILE * _ROWS_A_VECTOR)))
     names = [f"{table}.sav"] if count == 1 else [f"{table}_{k + 1}.sav" for k in range(count)]

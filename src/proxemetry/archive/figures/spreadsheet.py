@@ -6,8 +6,9 @@ import csv
 import importlib.util
 import io
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import chain
 from typing import Any
 
 from ...errors import SettingsError
@@ -33,6 +34,10 @@ _COMMA_LANGUAGES = frozenset(
 _POINT_COUNTRIES = frozenset(
     {"de_CH", "de_LI", "it_CH", *(f"es_{c}" for c in ("MX", "US", "PR", "GT", "HN", "NI", "PA", "PE", "SV", "DO"))}
 )
+
+
+#: A table's name, its columns' names, and its rows.
+Table = tuple[str, Sequence[str], Iterator[Sequence[Any]]]
 
 
 @dataclass(frozen=True)
@@ -61,8 +66,13 @@ def write_local_csv(
 
     Numbers are those of the plain tables. Raises OutputError where a file cannot be written.
     """
+    return write_csv_files(_tables(results, safe_distance_m), target, locale)
+
+
+def write_csv_files(tables: Iterable[Table], target: Folder, locale: Locale) -> list[str]:
+    """Write tables as `write_local_csv` does."""
     written: list[str] = []
-    for table, (names, rows) in _tables(results, safe_distance_m):
+    for table, names, rows in tables:
         name = f"{table}.csv"
         with target.writing(name) as temporary, open(temporary, "w", encoding="utf-8-sig", newline="") as file:
             writer = csv.writer(file, delimiter=locale.separator)
@@ -86,6 +96,12 @@ def write_xlsx(results: Results, target: Folder, safe_distance_m: float | None =
     Texts stay texts, whatever sign they begin with. Raises SettingsError where XlsxWriter is missing or a table is
     longer than a sheet, OutputError where the file cannot be written.
     """
+    codebook = [("codebook", *codebook_rows(attributes_in(results.view())))]
+    return write_workbook(chain(_tables(results, safe_distance_m), codebook), target)
+
+
+def write_workbook(tables: Iterable[Table], target: Folder) -> str:
+    """Write tables as `write_xlsx` does, a sheet each, one after the other as they come."""
     if importlib.util.find_spec("xlsxwriter") is None:
         raise SettingsError("Excel workbooks need an extra: pip install 'proxemetry[xlsx]'")
     import xlsxwriter
@@ -97,9 +113,8 @@ def write_xlsx(results: Results, target: Folder, safe_distance_m: float | None =
     with target.writing(XLSX_FILE) as temporary:
         with xlsxwriter.Workbook(zipped, options) as book:
             bold = book.add_format({"bold": True})
-            for table, (names, rows) in _tables(results, safe_distance_m):
+            for table, names, rows in tables:
                 _fill(book.add_worksheet(table), names, rows, bold)
-            _fill(book.add_worksheet("codebook"), *codebook_rows(attributes_in(results.view())), bold)
         with open(temporary, "wb") as file:
             file.write(zipped.getbuffer())
     return XLSX_FILE
@@ -118,17 +133,16 @@ def _fill(sheet: Any, names: Sequence[str], rows: Iterator[Sequence[Any]], bold:
                 sheet.write(number, column, value)
 
 
-def _tables(
-    results: Results, safe_distance_m: float | None
-) -> Iterator[tuple[str, tuple[list[str], Iterator[Sequence[Any]]]]]:
-    """Yield each table's name with its columns' names and its rows, corrections applied."""
+def _tables(results: Results, safe_distance_m: float | None) -> Iterator[Table]:
+    """Yield each table, corrections applied."""
     duck = results.view()
     attributes = attributes_in(duck)
     for table, columns in all_columns(attributes).items():
         cursor = duck.execute(table_query(table, safe_distance_m, attributes))
-        yield table, ([c.name for c in columns], _rows(cursor))
+        yield table, [c.name for c in columns], rows_of(cursor)
 
 
-def _rows(cursor: Any) -> Iterator[Sequence[Any]]:
+def rows_of(cursor: Any) -> Iterator[Sequence[Any]]:
+    """Yield the rows of a query, so many at once."""
     while rows := cursor.fetchmany(_ROWS_AT_ONCE):
         yield from rows
