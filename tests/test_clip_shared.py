@@ -41,7 +41,9 @@ def test_a_camera_s_error_moves_places_as_a_wrong_camera_does():
 def test_a_higher_floor_looks_nearer_by_similar_triangles():
     # from a mast the feet decide: an error e of the floor is e times distance over height
     (shift,) = uneven_m(np.array([[0.0, 10.0]]), 30.0)
-    assert shift == pytest.approx([0, 10 / 30 * np.hypot(FLOOR_SD_M, FLOOR_SLOPE_SD * np.hypot(10, 30))], rel=2e-3)
+    assert shift == pytest.approx([0, 10 / 30 * FLOOR_SD_M], rel=2e-3)
+    (sloping,) = uneven_m(np.array([[0.0, 10.0]]), 30.0, FLOOR_SLOPE_SD)
+    assert sloping == pytest.approx([0, 10 / 30 * np.hypot(FLOOR_SD_M, FLOOR_SLOPE_SD * np.hypot(10, 30))], rel=5e-3)
     # from near the ground the size decides, and the floor hardly matters
     (low,) = uneven_m(np.array([[0.0, 10.0]]), 0.3)
     assert low[1] < 0.6 * 10 / 0.3 * FLOOR_SD_M
@@ -86,7 +88,7 @@ def test_two_side_by_side_stand_on_the_same_floor():
     width = [(p.near.high_m - p.near.low_m)[10] / 2 / 1.645 for p in (near, far)]
     # of the floor's error only what differs over 0.7 m is left; at 9 m the two are each other's strangers
     assert width[0] == pytest.approx(np.hypot(alone, uneven * np.sqrt(2) * 0.7 / FLOOR_REACH_M / np.sqrt(2)), rel=0.15)
-    assert width[1] > 1.3 * uneven
+    assert width[1] > np.hypot(alone, 1.2 * uneven)
     assert near.seconds[0] > 3.6
 
 
@@ -109,7 +111,7 @@ def test_what_the_floor_does_is_the_place_s_and_not_the_person_s():
     assert np.allclose(seen.covariance_m2 + seen.floor_m2, own.covariance_m2)
     assert np.allclose(seen.by_themselves().covariance_m2, own.covariance_m2)
     assert np.linalg.eigvalsh(seen.covariance_m2).min() > 0
-    uneven = uneven_m(seen.positions_m, clips.HEIGHT_M)
+    uneven = uneven_m(seen.positions_m, clips.HEIGHT_M, FLOOR_SLOPE_SD)
     assert seen.floor_m2[1, 1, 1] == pytest.approx(uneven[1, 1] ** 2, rel=0.1)
     path = smooth(Chain(np.array([0]), np.array([1])), [seen], np.array([0.0]))
     assert path.place_covariance_m2[0] == pytest.approx(

@@ -47,7 +47,7 @@ def sightings_of(t_s: float, people: People, bodies: Bodies, mount: Mount | None
     spread = axes @ own @ axes.T
     uneven = np.zeros_like(spread)
     if mount is not None and bodies.method == "scene":
-        uneven = _within(spread, uneven_m(floor, mount.height_m))
+        uneven = _within(spread, uneven_m(floor, mount.height_m, FLOOR_SLOPE_SD))
     heading = bodies.heading_rad[rows]
     facing = np.stack([np.sin(heading), -np.cos(heading)], axis=-1) @ turn.T
     return Sightings(
@@ -66,17 +66,18 @@ def sightings_of(t_s: float, people: People, bodies: Bodies, mount: Mount | None
     )
 
 
-def uneven_m(own_m: FloatArray, height_m: float) -> FloatArray:
+def uneven_m(own_m: FloatArray, height_m: float, slope_sd: float = 0.0) -> FloatArray:
     """Return by how much an uneven floor puts people at places (n, 2) wrong, one standard deviation, shape (n, 2).
 
-    own_m: metres to the right and ahead of the camera's foot. The error lies along the line of sight: a floor that is
-    higher by e looks nearer by e times distance over height. Feet and size together tell the distance, each by its
-    certainty, so that the floor's part of the error is the feet's weight times the feet's error.
+    own_m: metres to the right and ahead of the camera's foot. slope_sd: how far the floor is from level besides, metres
+    a metre: of a mount that was found on this floor that is in its pitch and roll. The error lies along the line of
+    sight: a floor that is higher by e looks nearer by e times distance over height. Feet and size together tell the
+    distance, each by its certainty, so that the floor's part of the error is the feet's weight times the feet's error.
     """
     away = np.linalg.norm(own_m, axis=1)
     ahead = own_m / np.maximum(away, 1e-9)[:, None]
     range_m = np.hypot(away, height_m)
-    feet = away / height_m * np.hypot(FLOOR_SD_M, FLOOR_SLOPE_SD * range_m)
+    feet = away / height_m * np.hypot(FLOOR_SD_M, slope_sd * range_m)
     size = _SIZE_SD * range_m
     return ahead * (feet * size**2 / (size**2 + feet**2))[:, None]
 

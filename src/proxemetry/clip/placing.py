@@ -99,7 +99,9 @@ def _held_fit(scene: Scene, mount: Mount, settings: Settings, known: Known) -> B
     if known:
         told = replace(settings.locate, statures=tuple(known.get(row) for row in range(len(scene))))
         settings = replace(settings, locate=told)
-    estimate = replace(scene.camera, camera=mount.camera or scene.camera.camera, mount=held(mount))
+    camera = mount.camera or scene.camera.camera
+    assert camera is not None  # a scene that is ok has one
+    estimate = replace(scene.camera, camera=replace(camera, focal_rel_sd=0.0, principal_sd_px=0.0), mount=held(mount))
     return remeasure(scene, settings, camera=estimate).bodies
 
 
