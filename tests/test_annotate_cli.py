@@ -44,7 +44,13 @@ def test_a_check_lists_what_is_missing_and_then_nothing(photos: Path, capsys: py
     assert "body_pixel_locations.csv: empty" in capsys.readouterr().out
     annotated(photos).close()
     assert main(command(photos, "--check")) == 0
-    assert capsys.readouterr().out.splitlines() == [f"{photos.parent / 'labels'}: no faults"]
+    told = capsys.readouterr()
+    assert told.out.splitlines() == [f"{photos.parent / 'labels'}: no faults"] and told.err == ""
+    project = Project([str(photos)], str(photos.parent / "labels"), pose=POSE)
+    project.act(None, "set_tape", {"shoot": 0, "a": "P0", "b": "P1", "metres": 2.5})  # typed coordinates say 1.5
+    project.close()
+    assert main(command(photos, "--check")) == 0
+    assert "shoot 0: The measurements contradict each other" in capsys.readouterr().err
 
 
 def test_the_score_prints_both_protocols_and_keeps_what_it_scored(

@@ -250,6 +250,11 @@ def test_what_tapes_cannot_tell_and_what_contradicts_is_said(tab: Tab, project: 
     told = page.locator(".remarks .problem").inner_text()
     assert "P3–P4 (5.07 m; the others say 4.57)" in told and page.locator("tr.suspect").count() == 1
     tab.shot("annotate-contradiction")
+    page.click("#nav-score")
+    page.wait_for_selector(".remarks .problem")
+    assert "contradicts all others" in page.locator(".remarks").inner_text()
+    page.click("#nav-places")
+    page.wait_for_selector("tr.suspect")
     page.fill('[data-control="P3P4"]', "4,570")
     page.keyboard.press("Tab")
     page.wait_for_function("() => !document.querySelector('tr.suspect')")
@@ -285,6 +290,10 @@ def test_coordinates_are_typed_in_pairs_with_comma_or_point(tab: Tab, project: P
     assert page.locator(".distances tbody tr").inner_text().split("\t")[1] == "1.70"
     page.click("#undo")
     tab.settled("Undone: coordinates of C0")
+    assert page.locator(".distances tbody tr").count() == 1
+    page.keyboard.press("y")
+    tab.settled("Done again")
+    assert project.places(0).by_tag["C0"] == pytest.approx((0, 0))
 
 
 def test_an_unusual_lens_is_asked_about_and_no_number_is_told(tab: Tab, project: Project) -> None:

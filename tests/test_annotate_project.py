@@ -506,3 +506,15 @@ def test_what_cannot_be_scored_yet_says_what_is_missing(photos: Path) -> None:
 
 def test_a_photo_without_notes_is_empty() -> None:
     assert Annotations().photo("x") == PhotoNotes() and not list(Annotations().counted(["x"]))
+
+
+def test_a_shoots_places_are_the_same_values_after_everything_is_taken_back_and_done_again(photos: Path) -> None:
+    """What is shown of a tape is found by its value: undo and redo make new ones."""
+    from proxemetry.web.annotate_view import places_view
+
+    project = annotated(photos)
+    project.act(None, "set_tape", {"shoot": 0, "a": "P0", "b": "P1", "metres": 1.52})
+    shown = places_view(project, 0)
+    project.undo()
+    project.redo()
+    assert places_view(project, 0) == shown and shown["tapes"][0]["residual_m"] == pytest.approx(0.0067, abs=1e-3)

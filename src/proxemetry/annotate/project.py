@@ -21,7 +21,7 @@ from .actions import apply, replayed
 from .history import PROPOSE, REDO, UNDO, History, history
 from .label_files import label_files
 from .photos import OwnPhoto, find_own_photos
-from .places import Places
+from .places import Places, remarks_on
 from .proposals import proposed_people
 from .state import Annotations, PhotoNotes
 
@@ -237,6 +237,16 @@ class Project:
         with self._lock:
             self.write()
             return check_labels(self.out)
+
+    def doubts(self) -> list[str]:
+        """Return what is wrong with the places of each shoot, which no check of the files can see."""
+        with self._lock:
+            return [
+                f"shoot {number}: {remark.text}"
+                for number in self.now.shoot_numbers(self.files)
+                for remark in remarks_on(self.places(number))
+                if remark.problem
+            ]
 
     def close(self) -> None:
         """Close the log."""

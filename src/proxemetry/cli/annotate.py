@@ -93,6 +93,8 @@ def _tell_progress(done: int, total: int) -> None:
 
 def _check(project: Project) -> int:
     """Print every fault, and return how many are none that may stay."""
+    for doubt in project.doubts():
+        print(f"proxemetry: {doubt}", file=sys.stderr)
     faults = project.check()
     for fault in faults:
         print(fault)

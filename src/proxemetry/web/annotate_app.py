@@ -112,7 +112,8 @@ class _Page:
     async def check(self, request: Request) -> Response:
         faults = await run_in_threadpool(self._project.check)
         listed = [{"file": f.file, "line": f.line, "text": f.text, "harmless": f.harmless} for f in faults]
-        return JSONResponse({"faults": listed, "files": await run_in_threadpool(self._project.write)})
+        doubts, files = await run_in_threadpool(self._project.doubts), await run_in_threadpool(self._project.write)
+        return JSONResponse({"faults": listed, "doubts": doubts, "files": files})
 
     async def scoring(self, request: Request) -> Response:
         if request.method == "DELETE":

@@ -7,8 +7,7 @@ from typing import Any
 
 from ..annotate.history import History
 from ..annotate.photos import OwnPhoto
-from ..annotate.places import Places, Tape
-from ..annotate.places.contradiction import Contradiction
+from ..annotate.places import Places, remarks_on
 from ..annotate.project import SCOPES, Project
 from ..annotate.rules import CAMERA_RULES, PART_RULES, PEOPLE_RULES, PLACE_RULES
 from ..annotate.scoring import Scores
@@ -22,6 +21,8 @@ from .view import number, numbers
 
 #: Colours before they repeat.
 _COLOURS = 12
+#: Of fewer scored photos a bootstrap over photos says nothing.
+_LEAST_PHOTOS = 5
 
 
 def about_view(project: Project) -> dict[str, Any]:
@@ -135,8 +136,8 @@ def places_view(project: Project, shoot: int) -> dict[str, Any]:
     seen = project.now.tags_seen(shoot, project.files)
     tags = in_order({*seen, *places.tags})
     reasons = dict(zip(places.tags, places.reasons, strict=True))
-    suspects = {} if places.contradiction is None else {id(s.measurement): s for s in places.contradiction.suspects}
-    fits = {id(fit.measurement): fit for fit in places.fits}
+    suspects = {} if places.contradiction is None else {s.measurement: s for s in places.contradiction.suspects}
+    fits = {fit.measurement: fit for fit in places.fits}
     spots = {tag: known.spots[tag] for tag in known.spots}
     return {
         "shoot": shoot,
@@ -147,7 +148,7 @@ def places_view(project: Project, shoot: int) -> dict[str, Any]:
                 "name": (known.camera_names if tag.startswith("C") else project.now.names).get(tag, ""),
                 "seen": tag in seen,
                 "spot": None if tag not in spots else [spots[tag].x_m, spots[tag].y_m],
-                "suspect": tag in spots and id(spots[tag]) in suspects,
+                "suspect": tag in spots and spots[tag] in suspects,
                 "place": numbers(places.by_tag[tag], 3) if tag in places.by_tag else None,
                 "reason": reasons.get(tag) or None,
             }
@@ -156,15 +157,15 @@ def places_view(project: Project, shoot: int) -> dict[str, Any]:
         "tapes": [
             {
                 "a": tape.a, "b": tape.b, "metres": tape.metres, "sd_m": tape.sd_m,
-                "residual_m": number(fits[id(tape)].residual_m), "z": number(fits[id(tape)].z, 2),
-                "checked": fits[id(tape)].checked, "suspect": id(tape) in suspects,
-                "expected_m": number(suspects[id(tape)].expected_m, 3) if id(tape) in suspects else None,
-                "expected_sd_m": number(suspects[id(tape)].expected_sd_m, 3) if id(tape) in suspects else None,
+                "residual_m": number(fits[tape].residual_m), "z": number(fits[tape].z, 2),
+                "checked": fits[tape].checked, "suspect": tape in suspects,
+                "expected_m": number(suspects[tape].expected_m, 3) if tape in suspects else None,
+                "expected_sd_m": number(suspects[tape].expected_sd_m, 3) if tape in suspects else None,
             }
             for tape in sorted(known.tapes.values(), key=lambda t: sorted((number_of(t.a), number_of(t.b))))
         ],
         "distances": _distances(places),
-        "remarks": _remarks(places),
+        "remarks": [{"text": r.text, "problem": r.problem} for r in remarks_on(places)],
     }  # fmt: skip
 
 
@@ -176,38 +177,6 @@ def _distances(places: Places) -> list[dict[str, Any]]:
         for n, (i, a) in enumerate(people)
         for j, b in people[n + 1 :]
     ]
-
-
-def _remarks(places: Places) -> list[dict[str, Any]]:
-    """Return what to say of a solution, worst first: {text, problem}."""
-    found: list[tuple[str, bool]] = []
-    if places.contradiction is not None:
-        found.append((contradiction_text(places.contradiction), True))
-    found += [(f"{tag}: {why}", True) for tag, why in zip(places.tags, places.reasons, strict=True) if why]
-    if places.by_tag and places.free == 0 and any(isinstance(f.measurement, Tape) for f in places.fits):
-        found.append(("Nothing checks these measurements: one more tape than needed would show a slip.", False))
-    if places.mirrored:
-        found.append(("Left and right may be exchanged as a whole. That changes no distance.", False))
-    if places.scale > 1.5 and places.contradiction is None:
-        found.append((f"The tapes disagree {places.scale:.1f} times as much as their stated uncertainty.", False))
-    return [{"text": text, "problem": problem} for text, problem in found]
-
-
-def contradiction_text(found: Contradiction) -> str:
-    """Return in words what contradicts what, and what to do."""
-    named = [
-        f"{s.measurement} ({s.measurement.metres:g} m; the others say {s.expected_m:.2f})"
-        if isinstance(s.measurement, Tape) else str(s.measurement)
-        for s in found.suspects
-    ]  # fmt: skip
-    if not named:
-        return "The measurements contradict each other."
-    if len(named) == 1 and found.settled:
-        return f"One measurement contradicts all others: {named[0]}. Measure it again."
-    if found.settled:
-        return f"The measurements contradict each other, and any one of these may be wrong: {', '.join(named)}. " \
-            "Measure them again, or tape one more distance."  # fmt: skip
-    return f"Several measurements contradict the others, {', '.join(named)} the most. Measure them again."
 
 
 def scores_view(scores: Scores, project: Project) -> dict[str, Any]:
@@ -224,7 +193,9 @@ def scores_view(scores: Scores, project: Project) -> dict[str, Any]:
                     {
                         "method": method, "pairs": o.n_pairs, "annotated_pairs": o.n_annotated_pairs,
                         "unscored": o.n_unscored, "error": number(o.pair_error_pct_mean_over_images, 1),
-                        "ci": numbers(o.ci95.get("pair_error_pct_mean_over_images", ()), 1),
+                        "ci": numbers(o.ci95.get("pair_error_pct_mean_over_images", ()), 1)
+                        if o.n_images - o.n_unscored >= _LEAST_PHOTOS
+                        else None,
                         "median": number(o.pair_error_pct_median_over_pairs, 1), "bias": number(o.signed_bias_pct, 1),
                         "found": number(100 * o.detection_rate, 0), "false": number(100 * o.false_discovery_rate, 0),
                         "coverage": number(100 * o.coverage_90, 0), "intervals": o.n_intervals,

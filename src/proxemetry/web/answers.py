@@ -62,6 +62,8 @@ def answering(handler: Handler) -> Handler:
         try:
             return await handler(request)
         except LookupError as error:
+            if type(error) is not LookupError:  # a key that a program missed is a bug, not an address
+                raise
             return error_answer(404, str(error))
         except _TooLargeError as error:
             # Hanging up is what ends an upload whose sender goes on.

@@ -2,5 +2,6 @@
 
 from .measurements import MOST_TAGS, SPOT_SD_M, TAPE_SD_M, Spot, Tape
 from .solution import Places, solve
+from .wording import remarks_on
 
-__all__ = ["MOST_TAGS", "SPOT_SD_M", "TAPE_SD_M", "Places", "Spot", "Tape", "solve"]
+__all__ = ["MOST_TAGS", "SPOT_SD_M", "TAPE_SD_M", "Places", "Spot", "Tape", "remarks_on", "solve"]

@@ -103,7 +103,8 @@ export class Canvas extends ZoomedPhoto {
       // What lies under the point must be seen: a ring and a dot, with its letter beside.
       group.append(svg("circle", { class: "ring under", cx: u, cy: v, r: radius }), svg("circle", { class: "ring", cx: u, cy: v, r: radius, stroke: fill }),
         svg("circle", { class: "dot", cx: u, cy: v, r: 1.8 * unit, fill }));
-      const [lx, ly] = [u + radius + 8 * unit, v];
+      // Eyes and head lie close together: their letters stand on either side.
+      const [lx, ly] = [u + (part === "Eyes" ? -1 : 1) * (radius + 8 * unit), v];
       group.append(svg("rect", { class: "plate", x: lx - 7 * unit, y: ly - 8 * unit, width: 14 * unit, height: 16 * unit, rx: 3 * unit, fill }),
         svg("text", { class: "letter", x: lx, y: ly, "font-size": 12 * unit, fill: ink, text: PART_KEYS[part] }));
     } else group.append(svg("circle", { class: "mark", cx: u, cy: v, r: radius, fill }));
@@ -119,7 +120,9 @@ export class Canvas extends ZoomedPhoto {
     const text = p.tag === null ? "?" : called(p.tag, this.about.names);
     const [h, size] = [20 * unit, 13 * unit];
     const w = Math.max(text.length * size * 0.6 + 10 * unit, h);
-    const x = Math.min(Math.max(top[0], this.box[0] + w / 2), this.box[0] + this.box[2] - w / 2);
+    const [left, right] = [this.box[0], this.box[0] + this.box[2]];
+    if (top[0] < left || top[0] > right) return null;
+    const x = Math.min(Math.max(top[0], left + w / 2), right - w / 2);
     const y = Math.max(top[1] - 26 * unit, this.box[1] + h / 2 + 2 * unit);
     const choose = () => this.on.choose(p.key, null);
     const group = svg("g", { class: `badge${p.key === this.state.person ? " chosen" : ""}`, role: "button", tabindex: 0, "data-key": p.key, "aria-label": p.tag === null ? "Unnamed person" : `Person ${text}`,

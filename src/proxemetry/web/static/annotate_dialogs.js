@@ -109,7 +109,7 @@ export function askLens(fields) {
   const own = fields.lens;
   let asked = null;
   return ask("Camera and lens", [
-    html("p", { class: "hint", text: `Camera: ${fields.device || "not named in the file"}. The file says: ${lensText(fields.file_lens)}.` }),
+    html("p", { class: "hint", text: `Camera: ${fields.device || "not named in the file"}. ${fields.file_lens ? `The file says: ${lensText(fields.file_lens)}.` : "The file records no lens."}` }),
     html("fieldset", {}, html("legend", { text: "Lens and sensor" }), number("focal_mm", "Focal length, mm", own && !own.equivalent ? own.focal_mm : ""),
       number("sensor_width", "Sensor's long side, mm", shown && !shown.equivalent ? shown.sensor_mm[0] : ""), number("sensor_height", "Sensor's short side, mm", shown && !shown.equivalent ? shown.sensor_mm[1] : "")),
     html("fieldset", {}, html("legend", { text: "Or" }), number("focal_35mm", "35 mm equivalent, mm", own?.equivalent ? own.focal_mm : "")),

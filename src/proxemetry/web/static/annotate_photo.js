@@ -149,6 +149,7 @@ export class PhotoView extends KeptChanges {
     const armed = !at || (state.part === part && !state.armed);
     Object.assign(state, { part, armed, walking: state.adding, cursor: armed ? [...(at ?? this.middle())] : null });
     this.draw();
+    if (armed) this.canvasHost.scrollIntoView({ block: "nearest" }); // on a phone the list lies below the photo
   }
 
   partOf(key, part) {

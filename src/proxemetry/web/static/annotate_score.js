@@ -15,13 +15,14 @@ const COLUMNS = [
   ["False %", "num", (r) => whole(r.false)], ["In interval %", "num", (r) => (r.intervals ? whole(r.coverage) : "–")],
 ];
 
-function faultList({ faults, files }, out) {
+function faultList({ faults, doubts, files }, out) {
   const real = faults.filter((f) => !f.harmless);
   const list = (items) => html("ul", { class: "faults" }, items.map((f) => html("li", {}, html("code", { text: f.line ? `${f.file}:${f.line}` : f.file }), ` ${f.text}`)));
   return html("section", { class: "card-like" },
     html("h2", { text: "Label files" }),
     html("p", { role: "status", class: real.length ? "verdict problem" : "verdict good", text: real.length ? plural(real.length, "fault", "faults") : "No faults: the files are complete and fit together." }),
     real.length ? list(real) : "",
+    doubts.length ? html("div", {}, html("p", {}, html("a", { href: "#/places", text: "Places" }), " to look at:"), html("ul", { class: "remarks" }, doubts.map((text) => html("li", { class: "problem", text })))) : "",
     html("p", { class: "hint" }, `Written to ${out}: ${files.join(", ")}. The same check: `, html("code", { text: `proxemetry score --check ${out}` })));
 }
 
