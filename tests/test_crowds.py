@@ -88,7 +88,7 @@ def test_triples_of_few_people_are_drawn_from_all(count: int) -> None:
 
 
 def test_a_crowd_s_scene_is_read_back_as_it_was_written(monkeypatch: pytest.MonkeyPatch) -> None:
-    from proxemetry import scene as module
+    from proxemetry import scene_json as module
     from proxemetry.camera import Camera, CameraEstimate
     from proxemetry.measure import place
     from proxemetry.settings import Settings

@@ -9,7 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from proxemetry.bodies import Bodies, Mode
-from proxemetry.distances import UNCERTAIN, ZONES, _face_each_other, ground_frame, measure_distances, zone_of
+from proxemetry.distances import UNCERTAIN, ZONES, ground_frame, measure_distances, zone_of
+from proxemetry.formations import face_each_other
 
 LEVEL_UP = np.array([0.0, -1.0, 0.0])
 
@@ -108,7 +109,7 @@ def test_a_crowds_pairs_are_taken_some_at_a_time_and_nothing_changes(monkeypatch
     modes = (Mode(0.7, places, np.eye(42) * 0.01), Mode(0.3, places + 0.4, np.eye(42) * 0.02))
     bodies = bodies_at(places, 0.2, heading=rng.uniform(-3, 3, 14), modes=modes)
     together = measure_distances(bodies)
-    monkeypatch.setattr("proxemetry.distances._MOST_DRAWS", 3000)
+    monkeypatch.setattr("proxemetry.draws._MOST_DRAWS", 3000)
     apart = measure_distances(bodies)
     for name in ("distance_m", "low_m", "high_m", "distance_3d_m", "zone_probability", "group_probability"):
         np.testing.assert_array_equal(getattr(apart, name), getattr(together, name))
@@ -193,4 +194,4 @@ def test_a_third_person_within_the_radius_about_the_centre_disturbs_a_group(asid
     # 2.2 m apart only the radius of 1 m brings two who face each other together (Bertoni et al. 2021, eqs. 6-8)
     a, b = np.array([0 + 0j]), np.array([2.2 + 0j])
     facing = np.array([[1 + 0j], [-1 + 0j]])
-    assert _face_each_other(a, b, facing, np.array([1.1 + 1j * aside_m]))[0] == forms
+    assert face_each_other(a, b, facing, np.array([1.1 + 1j * aside_m]))[0] == forms

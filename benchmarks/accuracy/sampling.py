@@ -160,7 +160,7 @@ def main() -> None:
                     tallies[name].add(truth, d.distance_m[i, j], d.low_m[i, j], d.high_m[i, j])
                 drawn = np.sort(lengths[i, j])[None]
                 low, high = distances.shortest_intervals(drawn, even)
-                tallies["sampled"].add(truth, float(distances._least_error(drawn, even)[0]), low[0], high[0])
+                tallies["sampled"].add(truth, float(distances.least_error(drawn, even)[0]), low[0], high[0])
     print(f"{'':22s}{'pairs':>6s}{'mean %':>8s}{'median':>8s}{'bias %':>8s}{'in 90 %':>8s}{'width %':>8s}")
     for name, tally in tallies.items():
         print(f"{name:22s}{tally.line()}")

@@ -17,7 +17,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from proxemetry import distances
+from proxemetry import distances, formations
 from proxemetry.bodies import Bodies
 from proxemetry.intervals import HALF_WIDTH_SD
 from proxemetry.locate import LocateSettings, method_named
@@ -51,11 +51,11 @@ class Tally:
 def truly_grouped(photo: SyntheticPhoto, i: int, j: int) -> bool:
     """Whether two people form an F-formation where they truly stand, facing as they truly do."""
     place = photo.ground_mm[:, 0] / 1000 + 1j * photo.ground_mm[:, 1] / 1000
-    if abs(place[i] - place[j]) > distances.GROUP_REACH_M:
+    if abs(place[i] - place[j]) > formations.GROUP_REACH_M:
         return False
     facing = -1j * np.exp(1j * photo.heading_rad[[i, j]])
     others = np.array([p for k, p in enumerate(place) if k not in (i, j)], dtype=complex)
-    return bool(distances._face_each_other(place[[i]], place[[j]], facing[:, None], others)[0])
+    return bool(formations.face_each_other(place[[i]], place[[j]], facing[:, None], others)[0])
 
 
 def note_people(tally: Tally, photo: SyntheticPhoto, bodies: Bodies) -> None:

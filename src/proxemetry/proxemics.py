@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 from .arrays import FloatArray, IntArray
 from .bodies import Bodies
 from .camera import Camera
-from .distances import UNCERTAIN, Distances, ground_frame, shortest_intervals, standard_normal
+from .distances import UNCERTAIN, Distances, ground_frame, shortest_intervals
+from .draws import standard_normal
 from .people import People
 
 #: Hall 1966, chapter 10: where the close phase of each zone ends, metres (6 inches; 2.5, 7 and 25 feet).

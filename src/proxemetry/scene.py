@@ -5,7 +5,6 @@ The JSON form holds what was observed and fitted; distances follow from it and a
 
 from __future__ import annotations
 
-import base64
 import json
 import math
 from collections.abc import Mapping
@@ -18,15 +17,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .arrays import FloatArray
-from .bodies import Bodies, Floor, Mode
-from .camera import Camera, CameraEstimate, Candidate, Flag, Mount, Source, Testimony
+from .bodies import Bodies
+from .camera import CameraEstimate
 from .distances import Distances, measure_distances
 from .errors import OutputError, ProxemetryError
 from .people import People
 from .people.duplicates import possible_duplicates
-from .people.skeleton import COCO_17, SKELETONS, Skeleton, skeleton_named
+from .people.skeleton import COCO_17
 from .photo.about import About
 from .proxemics import Proxemics, measure_proxemics
+from .scene_json import (
+    bodies_from_dict,
+    bodies_to_dict,
+    camera_from_dict,
+    camera_to_dict,
+    none_if_nan,
+    people_from_dict,
+    people_to_dict,
+)  # fmt: skip
 from .settings import Settings
 
 #: Name and version of the JSON form; the version changes when the meaning of a field does.
@@ -34,11 +42,6 @@ SCHEMA = "proxemetry.scene/2"
 
 #: A photo's fate: measured (by however many people), no camera known, not readable, or excluded by a reviewer.
 STATUSES = ("ok", "no_camera", "failed", "excluded")
-
-_DIGITS = 7
-#: Rows of a covariance that is written as numbers: of 300 people.
-_MOST_AS_NUMBERS = 900
-
 
 if TYPE_CHECKING:
     import pandas
@@ -208,151 +211,6 @@ class Scene:
             raise OutputError(f"not a scene of proxemetry ({error})") from error
 
 
-def _numbers(array: FloatArray) -> list[Any]:
-    """Return an array as nested lists of 7 significant digits, NaN as None."""
-    flat = [float(f"{v:.{_DIGITS}g}") if math.isfinite(v) else None for v in array.ravel()]
-    for size in reversed(array.shape[1:]):
-        flat = [flat[i : i + size] for i in range(0, len(flat), size)] if size else []
-    return flat
-
-
-def _array(values: list[Any], *shape: int) -> FloatArray:
-    return np.array(values, dtype=float).reshape(shape)
-
-
-def _triangle(covariance: FloatArray) -> list[Any] | str:
-    """Return a covariance's lower triangle: as numbers, or of a crowd, which has millions, as base64 of float32."""
-    triangle = covariance[np.tril_indices(len(covariance))]
-    if len(covariance) > _MOST_AS_NUMBERS:
-        return base64.b64encode(triangle.astype("<f4").tobytes()).decode()
-    return _numbers(triangle)
-
-
-def _from_triangle(values: list[Any] | str, size: int) -> FloatArray:
-    covariance = np.zeros((size, size))
-    triangle = np.frombuffer(base64.b64decode(values), "<f4") if isinstance(values, str) else values
-    covariance[np.tril_indices(size)] = np.array(triangle, dtype=float)
-    return covariance + np.tril(covariance, -1).T
-
-
-def _finite(value: float) -> float | None:
-    return value if math.isfinite(value) else None
-
-
-def _camera_to_dict(estimate: CameraEstimate) -> dict[str, Any]:
-    return {
-        "camera": asdict(estimate.camera) if estimate.camera else None,
-        "candidates": [asdict(c) for c in estimate.candidates],
-        "flags": [asdict(f) for f in estimate.flags],
-        "reason": estimate.reason,
-        "lens": estimate.lens,
-        "mount": None if estimate.mount is None else estimate.mount.to_dict(),
-        "why": estimate.why,
-        "testimony": [asdict(t) for t in estimate.testimony],
-    }
-
-
-def _camera_from_dict(fields: Mapping[str, Any]) -> CameraEstimate:
-    camera = fields["camera"]
-    return CameraEstimate(
-        Camera(**_with_source(camera)) if camera else None,
-        tuple(Candidate(**_with_source(c)) for c in fields["candidates"]),
-        tuple(map(Flag.from_dict, fields["flags"])),
-        fields["reason"],
-        fields["lens"],
-        Mount.from_dict(fields["mount"]) if fields.get("mount") else None,
-        fields["why"],
-        tuple(map(Testimony.from_dict, fields.get("testimony", ()))),
-    )
-
-
-def _with_source(fields: Mapping[str, Any]) -> dict[str, Any]:
-    return {**fields, "source": Source.from_dict(fields["source"])}
-
-
-def _people_to_dict(people: People) -> dict[str, Any]:
-    arrays = ("keypoints_px", "scores", "boxes_px", "person_scores", "heading_rad", "heading_sd_rad")
-    skeleton: dict[str, Any] = {"skeleton": people.skeleton.name}
-    if people.skeleton != SKELETONS.get(people.skeleton.name):
-        skeleton["joints"] = list(people.skeleton.joints)  # nobody else knows it
-    if people.source:
-        skeleton["source"] = people.source
-    if np.isfinite(people.depth_m).any():
-        arrays += ("depth_m", "depth_sd_m")
-    if any(people.attributes):
-        skeleton["attributes"] = [dict(one) for one in people.attributes]
-    return {**skeleton, **{name: _numbers(getattr(people, name)) for name in arrays}}
-
-
-def _people_from_dict(fields: Mapping[str, Any]) -> People:
-    joints_named = fields.get("joints")
-    skeleton = Skeleton(fields["skeleton"], tuple(joints_named)) if joints_named else skeleton_named(fields["skeleton"])
-    count, joints = len(fields["scores"]), len(skeleton)
-    return People(
-        skeleton,
-        _array(fields["keypoints_px"], count, joints, 2),
-        _array(fields["scores"], count, joints),
-        _array(fields["boxes_px"], count, 4),
-        _array(fields["person_scores"], count),
-        _array(fields["heading_rad"], count),
-        _array(fields["heading_sd_rad"], count),
-        fields.get("source", ""),
-        depth_m=_stated("depth_m", fields, count),
-        depth_sd_m=_stated("depth_sd_m", fields, count),
-        attributes=fields.get("attributes", ()),
-    )
-
-
-def _stated(name: str, fields: Mapping[str, Any], count: int) -> FloatArray:
-    """Return a vector that is written only where it says something, empty where it is not."""
-    return _array(fields[name], count) if name in fields else np.zeros(0)
-
-
-def _bodies_to_dict(bodies: Bodies) -> dict[str, Any]:
-    vectors = ("positions_m", "heading_rad", "heading_sd_rad", "stature_m", "stature_sd_m")
-    return {
-        "method": bodies.method,
-        "basis": list(bodies.basis),
-        "reasons": list(bodies.reasons),
-        **{name: _numbers(getattr(bodies, name)) for name in vectors},
-        "covariance_m2": _triangle(bodies.covariance_m2),
-        "up": None if bodies.up is None else _numbers(bodies.up),
-        "floor": None if bodies.floor is None else {k: _finite(v) for k, v in asdict(bodies.floor).items()},
-        "modes": [
-            {
-                "weight": m.weight,
-                "positions_m": _numbers(m.positions_m),
-                "covariance_m2": _triangle(m.covariance_m2),
-            }
-            for m in bodies.modes
-        ],
-        "mount_misfit": _finite(bodies.mount_misfit),
-        **({"depth_misfit": _numbers(bodies.depth_misfit)} if np.isfinite(bodies.depth_misfit).any() else {}),
-    }
-
-
-def _bodies_from_dict(fields: Mapping[str, Any]) -> Bodies:
-    count = len(fields["basis"])
-    floor = fields["floor"]
-    vectors = {k: _array(fields[k], count) for k in ("heading_rad", "heading_sd_rad", "stature_m", "stature_sd_m")}
-    return Bodies(
-        _array(fields["positions_m"], count, 3),
-        _from_triangle(fields["covariance_m2"], 3 * count),
-        fields["method"],
-        tuple(fields["basis"]),
-        tuple(fields["reasons"]),
-        up=None if fields["up"] is None else _array(fields["up"], 3),
-        floor=None if floor is None else Floor(**{k: math.nan if v is None else v for k, v in floor.items()}),
-        modes=tuple(
-            Mode(m["weight"], _array(m["positions_m"], count, 3), _from_triangle(m["covariance_m2"], 3 * count))
-            for m in fields["modes"]
-        ),
-        mount_misfit=math.nan if fields.get("mount_misfit") is None else fields["mount_misfit"],
-        depth_misfit=_stated("depth_misfit", fields, count),
-        **vectors,
-    )
-
-
 def _scene_to_dict(scene: Scene) -> dict[str, Any]:
     return {
         "schema": SCHEMA,
@@ -362,14 +220,14 @@ def _scene_to_dict(scene: Scene) -> dict[str, Any]:
         "height_px": scene.height_px,
         "status": scene.status,
         "reason": scene.reason,
-        "camera": _camera_to_dict(scene.camera),
-        "people": _people_to_dict(scene.people),
-        "bodies": _bodies_to_dict(scene.bodies),
+        "camera": camera_to_dict(scene.camera),
+        "people": people_to_dict(scene.people),
+        "bodies": bodies_to_dict(scene.bodies),
         "settings": scene.settings.to_dict(),
         "made_by": asdict(scene.made_by),
         "about": asdict(scene.about),
         "review": None if scene.review is None else asdict(scene.review),
-        "seconds": _finite(scene.seconds),
+        "seconds": none_if_nan(scene.seconds),
     }
 
 
@@ -381,9 +239,9 @@ def _scene_from_dict(fields: Mapping[str, Any]) -> Scene:
         height_px=fields["height_px"],
         status=fields["status"],
         reason=fields["reason"],
-        camera=_camera_from_dict(fields["camera"]),
-        people=_people_from_dict(fields["people"]),
-        bodies=_bodies_from_dict(fields["bodies"]),
+        camera=camera_from_dict(fields["camera"]),
+        people=people_from_dict(fields["people"]),
+        bodies=bodies_from_dict(fields["bodies"]),
         settings=Settings.from_dict(fields["settings"]),
         made_by=Provenance(**fields["made_by"]),
         about=About(**fields["about"]),
