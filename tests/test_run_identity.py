@@ -4,15 +4,16 @@ from dataclasses import fields, replace
 
 import pytest
 
-from proxemetry.archive.run.run import _settings
+from proxemetry.archive.run.joining import settings_of
 from proxemetry.archive.run.work import Job
 from proxemetry.pose import PoseOptions
 from proxemetry.settings import Settings
 
 JOB = Job("out")
-#: How many threads a network may use, and whether it may be fetched, changes no number.
-WITHOUT_EFFECT = {"threads", "offline"}
-OTHER = {"effort": "fast", "threads": 7, "offline": True, "device": "gpu", "flip": True}
+#: How many threads a network may use, and whether it may be fetched, changes no number; whether pupils are looked for
+#: follows from the method, which is in the identity.
+WITHOUT_EFFECT = {"threads", "offline", "pupils"}
+OTHER = {"effort": "fast", "threads": 7, "offline": True, "device": "gpu", "flip": True, "pupils": True}
 
 
 def test_every_option_of_the_back_end_has_another_value_here():
@@ -22,7 +23,7 @@ def test_every_option_of_the_back_end_has_another_value_here():
 @pytest.mark.parametrize("name", OTHER)
 def test_an_option_that_changes_a_number_is_in_the_identity(name):
     changed = replace(JOB, options=replace(JOB.options, **{name: OTHER[name]}))
-    assert (_settings(changed) == _settings(JOB)) == (name in WITHOUT_EFFECT)
+    assert (settings_of(changed) == settings_of(JOB)) == (name in WITHOUT_EFFECT)
 
 
 @pytest.mark.parametrize(
@@ -31,4 +32,4 @@ def test_an_option_that_changes_a_number_is_in_the_identity(name):
      replace(JOB, settings=Settings(undistort=False))],
 )  # fmt: skip
 def test_so_is_what_changes_a_row(changed):
-    assert _settings(changed) != _settings(JOB)
+    assert settings_of(changed) != settings_of(JOB)

@@ -139,7 +139,6 @@ def read_metadata(
     if (image.info.get("original_orientation") or exif.get(0x0112)) in (5, 6, 7, 8):
         stored = stored[::-1]
     cropped = _is_cropped(xmp)
-    people = (*iptc.get(122, ()), *xmp.get("iptcExt:PersonInImage", ())) if with_names else ()
     return Metadata(
         make=text_of(exif.get(0x010F), *xmp.get("tiff:Make", ())),
         model=text_of(exif.get(0x0110), *xmp.get("tiff:Model", ())),
@@ -158,18 +157,33 @@ def read_metadata(
         edited_by=_editor(exif, xmp),
         projection=_projection(numbers, xmp),
         orientation=_orientation(exif),
-        date=date_of(*iptc.get(55, ()), *xmp.get("photoshop:DateCreated", ()), exif.get(0x9003)),
-        city=text_of(*iptc.get(90, ()), *xmp.get("photoshop:City", ())),
-        country=text_of(*iptc.get(101, ()), *xmp.get("photoshop:Country", ())),
-        source=text_of(
-            *iptc.get(115, ()), *xmp.get("photoshop:Source", ()), *iptc.get(110, ()), *xmp.get("photoshop:Credit", ())
-        ),
-        creator=text_of(*iptc.get(80, ()), *xmp.get("dc:creator", ()), exif.get(0x013B)) if with_names else None,
-        caption=text_of(*iptc.get(120, ()), *xmp.get("dc:description", ()), exif.get(0x010E)) if with_names else None,
-        people=tuple(dict.fromkeys(name for name in map(text_of, people) if name)),
         gps=position_of(gps),
         remarks=tuple(remarks),
+        **_of_the_picture(exif, xmp, iptc, with_names),
     )
+
+
+def _of_the_picture(
+    exif: dict[int, Any], xmp: dict[str, tuple[str, ...]], iptc: dict[int, tuple[str, ...]], with_names: bool
+) -> dict[str, Any]:
+    """Return the fields of `Metadata` that are about the picture itself; names and captions only with `with_names`."""
+    stated = {
+        "date": date_of(*iptc.get(55, ()), *xmp.get("photoshop:DateCreated", ()), exif.get(0x9003)),
+        "city": text_of(*iptc.get(90, ()), *xmp.get("photoshop:City", ())),
+        "country": text_of(*iptc.get(101, ()), *xmp.get("photoshop:Country", ())),
+        "source": text_of(
+            *iptc.get(115, ()), *xmp.get("photoshop:Source", ()), *iptc.get(110, ()), *xmp.get("photoshop:Credit", ())
+        ),
+    }
+    if not with_names:
+        return stated
+    people = (*iptc.get(122, ()), *xmp.get("iptcExt:PersonInImage", ()))
+    return {
+        **stated,
+        "creator": text_of(*iptc.get(80, ()), *xmp.get("dc:creator", ()), exif.get(0x013B)),
+        "caption": text_of(*iptc.get(120, ()), *xmp.get("dc:description", ()), exif.get(0x010E)),
+        "people": tuple(dict.fromkeys(name for name in map(text_of, people) if name)),
+    }
 
 
 def _orientation(exif: dict[int, Any]) -> int:

@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-import json
 import os
-import platform
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any
 
 from ...errors import OutputError, SettingsError
 from ...pose import backend_named, replays
@@ -18,13 +15,14 @@ from ...version import __version__
 from ..store import manifest, parts
 from ..store.damage import damaged_parts
 from ..store.folder import OVERLAYS, RUN_FILE, Folder, is_url
-from ..store.identity import Identity, require_same
+from ..store.identity import Identity
 from ..store.manifest import Manifest
 from ..store.parts import Counts
 from ..store.photos import Search, search
 from ..store.results import Results, forget, write_run
 from ..store.scratch import sweep_scratch
 from .changed_files import FileScan
+from .joining import join, settings_of
 from .manifest_update import ManifestUpdate
 from .schedule import Note, Pass, Progress, Schedule
 from .work import Job
@@ -68,8 +66,7 @@ def run(
     paths: photos, folders, globs, URLs; empty for recorded keypoints without photos, or to go on with the photos
     that the folder lists. jobs: worker processes, one a core where None; 0 measures in this process. engine: "local"
     or "ray". shard: (i, n) does only every n-th shard, the i-th from 1. restart: begin anew. repair: measure
-    again what damaged parts hold. on_progress: is called with
-    every step.
+    again what damaged parts hold. on_progress: is called with every step.
 
     Raises SettingsError, ModelError or KeypointsError where what is asked for cannot be had, OutputError where the
     folder cannot be written or holds results made otherwise.
@@ -78,8 +75,7 @@ def run(
         raise SettingsError(f"engine {engine!r} is unknown: use one of {', '.join(ENGINES)}")
     if shard is not None and not 1 <= shard[0] <= shard[1]:
         raise SettingsError(f"--shard {shard[0]}/{shard[1]}: write i/N with i from 1 to N")
-    named = _named(paths, job)
-    folder = Folder(job.results)
+    named, folder = _named(paths, job), Folder(job.results)
     if restart:
         forget(folder)
     elif named is None and not folder.exists(RUN_FILE):
@@ -88,15 +84,30 @@ def run(
         _repair(folder, on_progress)
     _sweep(folder)
     sweep_scratch()
-    workers, update, scan = _workers(job, jobs, engine), None, None
     is_mine = partial(_is_mine, share=shard)
+    workers = _workers(job, jobs, engine)
+    try:
+        found = _measured(workers, job, folder, named, is_mine, on_progress)
+    finally:
+        workers.close()
+        _sweep(folder)  # after a refusal as well: a worker may have been too busy to unwind
+    _require_own(folder, found.manifest, is_mine)
+    return _concluded(folder, found, safe_distance_m, on_progress)
+
+
+def _measured(
+    workers: WorkerPool, job: Job, folder: Folder, named: Search | Sequence[str] | None,
+    is_mine: Callable[[int], bool], on_progress: Callable[[Progress | Note], None],
+) -> Pass:  # fmt: skip
+    """Begin the run or go on with it: measure the shards that are this run's and are not there."""
+    update, scan = None, None
     try:
         listed, there = _listed(folder), parts.finished(folder)
         if named is not None:
             update = ManifestUpdate(folder, named, listed)
         workers.load()
-        identity = Identity(__version__, workers.pose, dict(workers.models), _settings(job))
-        _join(folder, identity, there)
+        identity = Identity(__version__, workers.pose, dict(workers.models), settings_of(job))
+        join(folder, identity, there)
         listed, pending = _starting_manifest(folder, named, listed, update)
         scan = None if update is None else FileScan(folder, update, is_mine)
         schedule = Schedule(workers, job, folder, listed, identity.metadata(), on_progress, pending, scan, is_mine)
@@ -109,14 +120,11 @@ def run(
             on_progress(Note(_remeasured_note(found.counts.again)))
         if update is not None and update.passed_over:
             on_progress(Note(update.passed_over))
+        return found
     finally:
         for thread in (update, scan):
             if thread is not None:
                 thread.close()
-        workers.close()
-        _sweep(folder)  # after a refusal as well: a worker may have been too busy to unwind
-    _require_own(folder, found.manifest, is_mine)
-    return _concluded(folder, found, safe_distance_m, on_progress)
 
 
 def _sweep(folder: Folder) -> None:
@@ -205,56 +213,8 @@ def _workers(job: Job, jobs: int | None, engine: str) -> WorkerPool:
     return Pool(job, min(jobs or default_jobs(), MAX_JOBS))
 
 
-def _settings(job: Job) -> dict[str, Any]:
-    """Return every setting that changes a number, as JSON values; what only changes the speed is not among them."""
-    options = job.options
-    return {
-        **job.settings.to_dict(), "effort": options.effort, "device": options.device, "flip": options.flip,
-        "with_names": job.with_names, "with_gps": job.with_gps,
-    }  # fmt: skip
-
-
 def _is_mine(shard: int, share: tuple[int, int] | None) -> bool:
     return share is None or shard % share[1] == share[0] - 1
-
-
-def _join(folder: Folder, identity: Identity, there: Collection[int]) -> None:
-    """Begin a run, or make sure that what is there was made the same way; raises OutputError where it was not.
-
-    All parts of a folder are of the run that its `run.json` tells of, so that the first and the last speak for them;
-    without it every part is asked.
-    """
-    in_order = sorted(there)
-    fields = {
-        "schema": "proxemetry.run/1",
-        "version": identity.version,
-        "pose": identity.pose,
-        "models": dict(identity.models),
-        "settings": dict(identity.settings),
-        "metadata": identity.metadata(),
-        "python": platform.python_version(),
-        "platform": f"{platform.system()} {platform.machine()}",
-        "packages": _packages(),
-    }
-    if folder.create(RUN_FILE, (json.dumps(fields, indent=2) + "\n").encode()):
-        before = [identity.metadata()]
-    else:
-        before = [Results(folder).run.get("metadata", {})]
-        in_order = sorted({*in_order[:1], *in_order[-1:]})
-    for other in (*before, *parts.metadata_of(folder, in_order)):
-        require_same(identity, other, folder.location)
-
-
-def _packages() -> dict[str, str]:
-    from importlib.metadata import PackageNotFoundError, version
-
-    found: dict[str, str] = {}
-    for package in ("numpy", "pillow", "duckdb", "ai-edge-litert", "onnxruntime", "opencv-python-headless"):
-        try:
-            found[package] = version(package)
-        except PackageNotFoundError:
-            continue
-    return found
 
 
 def _require_recorded(job: Job, listed: Manifest) -> None:
