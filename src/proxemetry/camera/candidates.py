@@ -19,7 +19,8 @@ from .table import CameraRow
 # Relative standard deviations. A lens is within 2 % of the focal length engraved on it, and so is what EXIF rounds to.
 LENS_SD = 0.02
 _EQUIVALENT_SD = 0.025  # some makers scale the width, not the diagonal; the rounding to whole mm comes on top
-_CROP_FACTOR_SD = 0.03
+_CROP_FACTOR_SD = 0.03  # of a database's crop factors, rounded to one decimal place at worst
+# What a user states without a doubt of their own: an equivalent to a tenth, a field of view to a fifth.
 _ASSUMED_EQUIVALENT_SD = 0.1
 _ASSUMED_FOV_SD = 0.2
 _ROUNDING_SD = 1 / math.sqrt(12)  # of a tag in whole millimetres

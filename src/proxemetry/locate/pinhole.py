@@ -41,11 +41,15 @@ class Cue:
     above_m: float
 
 
+#: Lengths: Seker et al. 2021. Relative standard deviations (docs/method.md, "The paper's four estimators"): ANSUR II's
+#: of the population, of the constant on a detector's joints, and of the angle to the sensor. above_m: from ANSUR II's
+#: means.
 _CUES = {
     "torso": Cue(length_m=0.444, population=0.078, constant=0.08, angle=0.05, above_m=0.0),
     "shoulder": Cue(length_m=0.389, population=0.080, constant=0.08, angle=0.48, above_m=0.255),
     "pupil": Cue(length_m=0.063, population=0.059, constant=0.03, angle=0.23, above_m=0.48),
 }
+#: The published code's torso, and its largest ratio of neck to one shoulder and to the other.
 _CODE_TORSO_M = 0.4445
 _SHOULDER_RATIO = 1.25
 #: Far eye to the one visible ear over the distance of the pupils, in the published code.

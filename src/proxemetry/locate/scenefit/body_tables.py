@@ -119,6 +119,7 @@ LEGS = {
 HIP_HEIGHT = {"seated": 0.305, "squatting": 0.180, "riding": 0.555}
 #: Height of a lying torso's middle above the floor, in statures.
 LYING_HEIGHT = 0.07
+#: Half the distance between the hip joints as COCO's annotators place them, in statures.
 HIP_OUT = 0.062
 FEET = ("ankle", "heel", "big_toe", "small_toe")
 

@@ -26,8 +26,9 @@ _CELL_RAD = np.deg2rad(5.0)
 #: Bodies are mean ones in mean postures here: how much further joints stray from them than from fitted ones, and by how
 #: much at least, in statures. Set by hand, for the start alone: every answer is fitted anew.
 _STRAY_FACTOR, _LEAST_STRAY, _LEG_STRAY = 1.5, 0.025, 0.06
-_DEPTH_REL_SD = 0.07
-_FLOOR_SD_M = 0.1
+#: How far a mean body's depth and the floor under it are off, its torso's height as a share of itself, and the degrees
+#: of freedom of both kinds of residual: wider than the fit's own, by hand, for the start alone.
+_DEPTH_REL_SD, _FLOOR_SD_M, _TORSO_REL_SD = 0.07, 0.1, 0.06
 _DOF = 4.0
 
 
@@ -185,7 +186,7 @@ def _floor(
     """
     below = np.einsum("gpi,gi->gp", position, tilts.down)
     by_pitch = np.einsum("gpi,gi->gp", position, tilts.by_pitch)
-    variance = (_DEPTH_REL_SD * below) ** 2 + (0.06 * torso_m) ** 2 + _FLOOR_SD_M**2
+    variance = (_DEPTH_REL_SD * below) ** 2 + (_TORSO_REL_SD * torso_m) ** 2 + _FLOOR_SD_M**2
     mean, sd = prior.marginal_mean, prior.marginal_sd
     typical = float(np.exp(mean[HEIGHT]))
     height_precision = (2 * sd[HEIGHT] * typical) ** -2

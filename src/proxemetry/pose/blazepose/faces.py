@@ -14,7 +14,9 @@ from .regions import Picture
 
 #: The part of the photo that is looked at is this many torsos wide; nearer to its edges than that it is cut.
 _WINDOW = 2.0
+#: A window of fewer pixels shows no face.
 _SMALLEST_PX = 4
+#: The face detector's score from which its box is looked at: low, since where the face must be is known.
 _MINIMUM = 0.1
 # Where the middle of a face may lie from the middle of eyes, nose and ears, in heights of its box, and that height in
 # torsos: METHOD section 4 has about .4 for an adult.

@@ -36,6 +36,11 @@ _AT_EDGE_PX = 2.0
 # .12 of a stature of 1.7 m; hips .9 m below the crown); the same figure as in the measured prototype.
 _HIPS_BELOW_FACE, _RADIUS_IN_FACES = 3.3, 4.3
 
+# One body in two windows: hips and heads nearer than these shares of the circle's radius, and the circles' sizes alike.
+# Set by hand: wider than the detector scatters between windows, narrower than people stand side by side (a shoulder's
+# breadth is .2 of the circle's radius of .9 m, and two people's middles are two of them apart).
+_SAME_HIPS, _SAME_HEAD, _SAME_LOG_SIZE = 0.35, 0.25, 0.4
+
 
 @dataclass(frozen=True, eq=False)
 class Proposal:
@@ -94,7 +99,7 @@ def _below_face(box: FloatArray) -> Region:
 
 
 def _same_bodies(bodies: Detections) -> list[NDArray[np.intp]]:
-    """Return rows of detections that are one body seen in several windows: hips, head and size agree."""
+    """Return rows of detections that are one body seen in several windows: hips, head and size agree (`_SAME_...`)."""
     hips = bodies.keypoints_px[:, 0]
     radius = np.linalg.norm(bodies.keypoints_px[:, 1] - hips, axis=1) + 1e-6
     order = np.argsort(-bodies.scores, kind="stable")
@@ -102,9 +107,9 @@ def _same_bodies(bodies: Detections) -> list[NDArray[np.intp]]:
     while len(order):
         best = order[0]
         same = (
-            (np.linalg.norm(hips[order] - hips[best], axis=1) < 0.35 * radius[best])
-            & (np.linalg.norm(bodies.centres_px[order] - bodies.centres_px[best], axis=1) < 0.25 * radius[best])
-            & (np.abs(np.log(radius[order] / radius[best])) < 0.4)
+            (np.linalg.norm(hips[order] - hips[best], axis=1) < _SAME_HIPS * radius[best])
+            & (np.linalg.norm(bodies.centres_px[order] - bodies.centres_px[best], axis=1) < _SAME_HEAD * radius[best])
+            & (np.abs(np.log(radius[order] / radius[best])) < _SAME_LOG_SIZE)
         )
         same[0] = True
         groups.append(order[same])
