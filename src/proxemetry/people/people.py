@@ -240,8 +240,8 @@ class PoseBackend(Protocol):
     """What finds people: anything with these attributes and this call.
 
     `name` is how options call it, `models` maps each network's file name to its sha256 (empty where there is none).
-    `detect` returns people in pixels of the upright full-size photo and leaves its input untouched; nobody there is
-    an empty `People`, never a guess.
+    `detect` returns people in pixels of the upright full-size photo, each person once, and leaves its input untouched;
+    nobody there is an empty `People`, never a guess.
     """
 
     @property
