@@ -16,7 +16,8 @@ from proxemetry.people import People
 from proxemetry.people.skeleton import BODY_25, COCO_17, KORTE_PARTS, Skeleton
 from proxemetry.photo import Photo
 from proxemetry.pose import backend_named, replays
-from proxemetry.pose.cross_check import CrossChecked, confirmed_by_boxes, confirmed_by_people, cross_checked
+from proxemetry.pose.confirmation import confirmed_by_boxes, confirmed_by_people
+from proxemetry.pose.cross_check import CrossChecked, cross_checked
 from proxemetry.pose.recording import Recording
 from synthetic.field_maps import standing
 

@@ -16,28 +16,10 @@ from ..arrays import FloatArray
 from ..errors import KeypointsError, SettingsError
 from ..files import sha256_of
 from ..people import People
-from ..people.skeleton import BLAZEPOSE_33, BODY_25, COCO_17, HALPE_26, Skeleton
+from ..people.skeleton import COCO_17, Skeleton
 from ..photo import Photo
 from . import PoseOptions
-
-#: The skeleton that a number of keypoints stands for where nothing is stated.
-BY_COUNT = {len(s): s for s in (COCO_17, HALPE_26, BODY_25, BLAZEPOSE_33)}
-#: Whole bodies begin with a known skeleton: COCO-WholeBody's 133 keypoints and Halpe's 136; hands and face follow.
-WHOLE_BODIES = {133: COCO_17, 136: HALPE_26}
-
-
-def skeleton_of(count: int) -> Skeleton | None:
-    """Return the skeleton that `count` keypoints are, or begin with; None where none is known."""
-    return BY_COUNT.get(count) or WHOLE_BODIES.get(count)
-
-
-def are_fractions(keypoints: FloatArray) -> bool:
-    """Return whether somebody of shape (P, K, 2) is spread out over the first pixel: nobody is that small."""
-    for points in keypoints:
-        seen = points[np.isfinite(points).all(axis=-1) & (points != 0).any(axis=-1)]
-        if len(seen) > 2 and np.abs(seen).max() <= 1 and np.ptp(seen) > 0:
-            return True
-    return False
+from .bare_arrays import BY_COUNT, are_fractions, skeleton_of
 
 
 class CallableBackend:

@@ -17,7 +17,7 @@ from ...people import People
 from ...people.attributes import Attributes, attributes_of
 from ...people.skeleton import COCO_17, HALPE_26, Skeleton
 from ...photo import LARGEST_PX
-from ..callables import BY_COUNT, WHOLE_BODIES, are_fractions, skeleton_of
+from ..bare_arrays import BY_COUNT, WHOLE_BODIES, are_fractions, skeleton_of
 
 #: Other names of the same joints, as the common files spell them.
 _ALIASES = {

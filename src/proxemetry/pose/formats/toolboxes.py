@@ -10,7 +10,7 @@ import numpy as np
 
 from ...errors import KeypointsError
 from ...people import People
-from ..callables import skeleton_of
+from ..bare_arrays import skeleton_of
 from .recording import Person, RecordedPhoto, by_count, checked, naming, people_of, person_of, renamed
 
 

@@ -22,7 +22,7 @@ from ...people.duplicates import distinct
 from ...people.skeleton import BODY_25, Skeleton
 from ...photo import Photo, RGBArray
 from .. import PoseOptions
-from ..cross_check import confirmed_by_boxes
+from ..confirmation import confirmed_by_boxes
 from ..detections import Detections
 from .box_groups import BoxGroup, grouped, grouped_as_published
 from .opencv_network import DarknetDetector
