@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _TIMES = ("year", "month")
-#: More groups than this are not told apart in one figure: those with most pairs are drawn.
+#: More groups than this cannot be distinguished in one figure: those with most pairs are drawn.
 _MAX_GROUPS = 24
 
 
@@ -57,7 +57,7 @@ def _new_figure(width_in: float, height_in: float, columns: int) -> tuple[Figure
 
 
 def by_group(summary: Summary) -> Figure:
-    """Return each group's distances to the nearest other as a box (quartiles, 5 % and 95 %) beside its zone shares."""
+    """Return each group's distances to the nearest other as a box (quartiles, 5 % and 95 %) next to its zone shares."""
     shown = sorted(range(len(summary.groups)), key=lambda g: -summary.groups[g].n_pairs)[:_MAX_GROUPS]
     shown = sorted(g for g in shown if summary.groups[g].n_pairs)
     figure, (left, right) = _new_figure(9, 1.6 + 0.42 * max(len(shown), 1), 2)

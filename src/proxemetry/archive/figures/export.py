@@ -169,7 +169,7 @@ def _label(column: Column) -> str:
 
 
 def write_coco(results: Results, target: Folder) -> None:
-    """Write everybody's keypoints, corrections applied, as COCO keypoint annotations with scores.
+    """Write all people's keypoints, corrections applied, as COCO keypoint annotations with scores.
 
     Joints that COCO does not name are left out; joints that a skeleton lacks or that were not seen have visibility 0.
     Raises OutputError where the file cannot be written.

@@ -1,4 +1,4 @@
-"""A figure for every photo of a results folder: the photo with people and distances beside the view from above."""
+"""A figure for every photo of a results folder: the photo with people and distances next to the view from above."""
 
 from __future__ import annotations
 
@@ -29,10 +29,13 @@ def require_plotting(results: str) -> None:
         raise SettingsError(f"--overlays writes to a local folder only, not to {results}")
 
 
-def draw(results: Results, *, faces: str = "show", jobs: int = 1, tell: Callable[[int], None] = lambda _: None) -> None:
-    """Draw the overlays that are not there yet or whose scene was touched; `tell` hears how many more are done.
+def draw(
+    results: Results, *, faces: str = "show", jobs: int = 1, on_drawn: Callable[[int], None] = lambda _: None
+) -> None:
+    """Draw the overlays that are not there yet or whose scene was touched; on_drawn: called with how many more are done.
 
-    Those that show heads otherwise than `faces` says are drawn anew, all of them: one face left open is one too many.
+    Those that show heads otherwise than `faces` asks for are drawn anew, all of them: one face left open is one too
+    many.
     """
     root = Path(results.folder.location)
     if results.run.get(_FACES) != faces:
@@ -51,11 +54,11 @@ def draw(results: Results, *, faces: str = "show", jobs: int = 1, tell: Callable
     work = partial(_draw_batch, str(root), faces)
     if jobs <= 1:
         for batch in _batches(wanted):
-            tell(work(batch))
+            on_drawn(work(batch))
         return
     with WorkerProcesses(jobs) as pool:
         for drawn in pool.map(work, _batches(wanted)):
-            tell(drawn)
+            on_drawn(drawn)
 
 
 def _batches(rows: Iterator[tuple[str, str | None]]) -> Iterator[list[tuple[str, str | None]]]:

@@ -16,7 +16,7 @@ class Counted:
     """The three tables as SQL to select from, only with the rows that count.
 
     restricted: whether some do not: then `n_people` and `n_pairs` of photos are of those who do, while a person's
-    `nearest_m` is still the distance to anybody.
+    `nearest_m` is still the distance to any person.
     """
 
     photos: str
@@ -26,7 +26,7 @@ class Counted:
 
 
 def counted(folder: Folder, where: PairsWhere | None) -> Counted:
-    """Return the tables of a folder; raises SettingsError where nobody can be as `where` has them."""
+    """Return the tables of a folder; raises SettingsError where no person can be as `where` asks for."""
     photos, people, pairs = (f"read_parquet({quoted(folder.path(f'{t}.parquet'))})" for t in _TABLES)
     if where is None:
         return Counted(photos, people, pairs)
@@ -70,6 +70,6 @@ def _holds(wanted: dict[str, list[str]], end: str = "") -> str:
 
 
 def nearest_of(pairs: str) -> str:
-    """Return the SQL of everybody's nearest other person among these pairs: photo, person, nearest_m."""
+    """Return the SQL of each person's nearest other person among these pairs: photo, person, nearest_m."""
     ends = " UNION ALL ".join(f"SELECT photo, person_{end} AS person, distance_m FROM {pairs}" for end in ENDS)
     return f"(SELECT photo, person, min(distance_m) AS nearest_m FROM ({ends}) GROUP BY photo, person)"

@@ -1,4 +1,4 @@
-"""What a sample of photos tells of all: shares and medians of their pairs or people, for many groups of photos at once.
+"""From a sample of photos to all of them: shares and medians of their pairs or people, for many groups at once.
 
 Pairs of one photo are not independent, so photos are what is sampled: intervals are those of a ratio over clusters
 (linearised variance, Cochran 1977, section 6.4), Wilson's for shares with the sample size that has this variance,
@@ -112,7 +112,7 @@ class Sample:
         share, sd = self._ratios(hits)
         z = self._width
         with np.errstate(divide="ignore", invalid="ignore"):
-            # Nobody or everybody: no variance to see, so no more is claimed than as many photos can tell.
+            # None or all: there is no variance to see, so no more is claimed than that many photos can show.
             size: Any = np.where(sd > _NOTHING, share * (1 - share) / sd**2, self.n_photos)
             middle = (share + z**2 / (2 * size)) / (1 + z**2 / size)
             half = z / (1 + z**2 / size) * np.sqrt(share * (1 - share) / size + z**2 / (4 * size**2))
@@ -126,7 +126,7 @@ class Sample:
         median = self._quantiles(ordered, np.full(self.n_groups, 0.5))
         _, sd = self._ratios(values <= median[self.group])
         with np.errstate(divide="ignore"):
-            # Every photo half on either side tells no more than as many single pairs do.
+            # Photos with half of their pairs on either side are worth no more than that many single pairs.
             sd = np.where(sd <= _NOTHING, 0.5 / np.sqrt(self.n_photos), sd)
         low, high = (self._quantiles(ordered, np.clip(0.5 + side * self._width * sd, 0, 1)) for side in (-1, 1))
         return Estimates(median, low, high)

@@ -103,9 +103,9 @@ def summarise(
     duck = attached(folder, threads=None)
     names = [f"k{i}" for i in range(len(keys))]
     tables = counted(folder, where)
-    with ThreadPoolExecutor(1) as beside:  # pairs and people are read while photos are counted
-        reading = beside.submit(_pairs, results, tables, duck.cursor())
-        nearest = beside.submit(_nearest, tables, duck.cursor())
+    with ThreadPoolExecutor(1) as reader:  # pairs and people are read while photos are counted
+        reading = reader.submit(_pairs, results, tables, duck.cursor())
+        nearest = reader.submit(_nearest, tables, duck.cursor())
         _count_photos(duck, tables, keys, distinct)
         query = f"SELECT {', '.join([*names, *FocalBasis, 'n_photos', 'n_people'])} FROM grouped ORDER BY g"
         listed = duck.execute(query).fetchall()
@@ -154,8 +154,8 @@ def _by_row(tables: Counted) -> str:
 def _pairs(results: Results, tables: Counted, duck: Any) -> dict[str, Any]:
     """Return columns of all measured pairs: their photo's row in the photos table, distance and probabilities.
 
-    Both tables are in the order of names, and the photos say how many pairs they have: where both were written
-    together, that tells each pair's photo without comparing a name. Otherwise the names are joined.
+    Both tables are in the order of names, and the photos' rows have the number of pairs: where both were written
+    together, that gives each pair's photo without comparing names. Otherwise the names are joined.
     """
     columns = ", ".join(["distance_m", *(f"p_{zone}" for zone in ZONES)])
     if not tables.restricted and results.tables_belong_together():

@@ -18,7 +18,7 @@ _LARGEST = 1e9
 
 @dataclass(frozen=True)
 class Action:
-    """One entry of the log. value: what `ACTIONS` says of the action."""
+    """One entry of the log. value: as `ACTIONS` describes it."""
 
     number: int
     time: str
@@ -57,7 +57,7 @@ def _are_numbers(value: Any, count: int) -> bool:
 
 
 def _check_box(value: Mapping[str, Any]) -> None:
-    _need(_are_numbers(value.get("box"), 4), "the person is told by a box of four numbers")
+    _need(_are_numbers(value.get("box"), 4), "the person must be given as a box of four numbers")
 
 
 def _check_joints(value: Mapping[str, Any]) -> None:
@@ -124,7 +124,7 @@ ACTIONS: dict[str, Kind] = {
 
 
 def check(action: str, value: Mapping[str, Any]) -> None:
-    """Raise SettingsError where an action is unknown or its value is not what `ACTIONS` says."""
+    """Raise SettingsError where an action is unknown or its value is not as `ACTIONS` describes it."""
     try:
         require_whole_characters(value)
     except ValueError as error:

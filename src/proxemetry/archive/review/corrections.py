@@ -1,7 +1,7 @@
 """What people corrected by hand: an append-only log beside the results, which no rerun touches.
 
-Each entry says of which file (by its SHA-256), what, by whom and when. Nothing is ever changed or deleted, taking a
-correction back is an entry too, and the database itself refuses anything else. Photos are never written to.
+Each entry records the file (by its SHA-256), what was corrected, by whom and when. Nothing is ever changed or deleted,
+taking a correction back is an entry too, and the database itself refuses anything else. Photos are never written to.
 """
 
 from __future__ import annotations
@@ -63,7 +63,7 @@ class Log(ActionLog):
 
 
 def in_force(actions: Iterable[Action]) -> list[Action]:
-    """Return the actions that nobody took back, without the entries that took others back."""
+    """Return the actions that were not taken back, without the entries that took others back."""
     listed = list(actions)
     undone = {number for a in listed if a.action == "undo" and isinstance(number := a.value.get("number"), int)}
     return [a for a in listed if a.action != "undo" and a.number not in undone]

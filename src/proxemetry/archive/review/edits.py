@@ -1,7 +1,7 @@
 """What a person may correct in a scene, and the scene that follows from it.
 
-A person is told by the box that the back end gave, not by a number: numbers move when somebody is removed, and a rerun
-may find people in another order. A correction whose person is not there any more changes nothing.
+A person is identified by the box that the back end gave, not by a number: numbers move when a person is removed, and a
+rerun may find people in another order. A correction whose person is not there any more changes nothing.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ class _Draft:
     applied: list[int] = field(default_factory=list[int])
 
     def find(self, value: Mapping[str, Any]) -> int | None:
-        """Return the row of the person that an action means, None where nobody is there any more."""
+        """Return the row of the person that an action means, None where that person is no longer there."""
         box = value.get("box")
         if box is None or not len(self.people):
             return None
@@ -71,7 +71,7 @@ def apply(scene: Scene, actions: Sequence[Action]) -> Scene:
 
 
 def applied(scene: Scene, actions: Sequence[Action]) -> Scene:
-    """Return what `apply` returns; a correction that cannot be applied costs its photo, which fails and says so."""
+    """Return what `apply` returns; a correction that cannot be applied costs its photo, which fails with the reason."""
     try:
         return apply(scene, actions)
     except Exception as error:  # a log may hold anything that an earlier version, or another program, wrote

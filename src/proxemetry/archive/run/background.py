@@ -1,4 +1,4 @@
-"""Work in a thread beside a run, which waits at a gate until the run lets it through."""
+"""Work in a thread of its own while a run goes on; it waits at a gate until the run opens it."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ class BackgroundTask(Generic[T]):
     def __init__(self, work: Callable[[], T]) -> None:
         self.stopped, self.gate = Event(), Event()
         self._work, self._found = work, Future[T]()
-        # A daemon: whoever ends the run does not wait for a disk far away.
+        # A daemon: ending the run does not wait for a disk far away.
         self._thread = Thread(target=self._run, daemon=True)
         self._thread.start()
 

@@ -97,7 +97,7 @@ class FileScan(BackgroundTask[ChangedFiles]):
 
 
 def _states(root: str) -> Callable[[str], FileState | None]:
-    """Return what tells the state of the photo of a name; a store is asked once for all."""
+    """Return a function from a photo's name to the state of its file; a store is listed once for all of them."""
     if not is_url(root):
 
         def local_state_of(photo: str) -> FileState | None:  # a million times in a large archive

@@ -116,7 +116,7 @@ class RayWorkers:
             raise answer
         if worker.task is None:
             require_same_networks(self.pose, self.models, answer[1])
-            if not self.pose:  # what an actor says itself stays where it runs
+            if not self.pose:  # what an actor prints stays where it runs
                 for name in lacking(*answer):
                     logging.getLogger("proxemetry").warning(f"fewer people are found: {name} could not be had")
             worker.ready = True

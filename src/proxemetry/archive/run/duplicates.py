@@ -1,7 +1,7 @@
 """Which files may be copies of each other: found by size and end, so that an archive need not be read for it.
 
 Only files of equal size are looked into, and only at their end, where compressed pixels differ between any two photos:
-one small read each. Whoever measures compares whole files, so that a likeness by chance costs nothing but that.
+one small read each. The measurement compares whole files, so that a chance likeness costs one comparison.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ Sizes = NDArray[np.int64]
 Ends = NDArray[np.uint64]
 
 _TAIL_BYTES = 4096
-#: Reads that wait for a disk or a server at a time, and files told to a thread at once.
+#: Reads that wait for a disk or a server at a time, and files given to a thread at once.
 _THREADS, _FILES_AT_ONCE = 16, 256
 
 
@@ -42,7 +42,7 @@ class Duplicates:
 
 
 def sizes_of(root: str, names: Sequence[str]) -> Sizes:
-    """Return the files' sizes in bytes, -1 where one cannot be told: whoever measures says what is wrong."""
+    """Return the files' sizes in bytes, -1 where one is unknown: measuring the file shows what is wrong."""
     if not is_url(root):
         return _mapped(lambda name: _size(root, name), names, np.int64)
     found: dict[str, Any] = open_filesystem(root).find(root, detail=True)

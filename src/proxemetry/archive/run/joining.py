@@ -27,8 +27,8 @@ def settings_of(job: Job) -> dict[str, Any]:
 def join(folder: Folder, identity: Identity, there: Collection[int]) -> None:
     """Begin a run, or make sure that what is there was made the same way; raises OutputError where it was not.
 
-    All parts of a folder are of the run that its `run.json` tells of, so that the first and the last speak for them;
-    without it every part is asked.
+    All parts of a folder are of the run that its `run.json` describes, so that checking the first and the last is
+    enough; without it every part is asked.
     """
     in_order = sorted(there)
     fields = {

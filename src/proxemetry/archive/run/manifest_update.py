@@ -24,7 +24,7 @@ from .duplicates import Duplicates, Ends, Sizes, ends_of, find_duplicates, repea
 MAX_SHARD, SHARDS_OF_A_SMALL_RUN = 256, 64
 #: Copies join the first of them in its shard, up to so many times its size.
 COPIES_A_SHARD = 3
-#: So many photos tell whether an archive is the one that was measured.
+#: How many photos are compared to recognise an archive as the one that was measured.
 _FILES_COMPARED = 8
 
 
@@ -88,7 +88,7 @@ def _same_files(folder: Folder, known: Manifest, root: str, duck: Any) -> bool:
     """Return whether photos of the same names below another folder are the ones that were measured, and not others.
 
     Cameras count from IMG_0001.JPG on in every folder. Of some that were measured the bytes are compared; most of them
-    have to agree, since whoever moves an archive may have edited a photo or two.
+    have to agree, since a photo or two may have been edited when the archive was moved.
     """
     there = sorted(s for s in finished(folder) if s < known.n_shards)
     asked = there[:: max(1, len(there) // _FILES_COMPARED)][:_FILES_COMPARED]

@@ -93,7 +93,7 @@ class Pool:
         """Give a task to a waiting worker."""
         worker = next(w for w in self._workers if w.ready and w.task is None)
         worker.task = task
-        with suppress(OSError):  # it died a moment ago: its sentinel says so
+        with suppress(OSError):  # it died a moment ago: its sentinel reports it
             worker.pipe.send(task)
 
     def wait(self) -> list[Event]:
@@ -114,7 +114,7 @@ class Pool:
                 self._replace_dead(worker)
 
     def _read(self, worker: _Worker) -> bool:
-        """Take in all that a worker has said; return whether it can say more."""
+        """Receive all messages that a worker has sent; return whether more can follow."""
         try:
             while worker.pipe.poll():
                 self._receive(worker, worker.pipe.recv())
@@ -141,7 +141,7 @@ class Pool:
             case ("bug", str(trace)):
                 raise RuntimeError(f"a worker met a bug:\n{trace}")
             case _:
-                raise RuntimeError(f"a worker said {message!r}")
+                raise RuntimeError(f"unknown message from a worker: {message!r}")
 
     def _replace_dead(self, worker: _Worker) -> None:
         worker.process.join()
@@ -190,7 +190,7 @@ def _follower(job: Job) -> Measurer:
 def serve(job: Job, pipe: Connection, follows: bool = False) -> None:
     """Be a worker: load the back end, do tasks until the pipe closes.
 
-    follows: another worker has loaded it, so that nothing is left to fetch, or to say of what could not be fetched.
+    follows: another worker has loaded it already, so that nothing is left to fetch or to warn of.
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the parent's to answer
     # A parent that is gone shows as a closed pipe, on the next word at the latest.

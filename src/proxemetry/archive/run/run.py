@@ -218,7 +218,7 @@ def _is_mine(shard: int, share: tuple[int, int] | None) -> bool:
 
 
 def _require_recorded(job: Job, listed: Manifest) -> None:
-    """Raise KeypointsError where a keypoint file names none of the photos: nobody in a thousand photos is no result."""
+    """Raise KeypointsError where a keypoint file names none of the photos: photos without a single person are no result."""
     if job.pose.startswith("recorded:"):
         backend = backend_named(job.pose, job.pose_options)
         if isinstance(backend, Recorded):
@@ -247,10 +247,10 @@ def _concluded(
 
 
 def _note_lost_corrections(results: Results, on_progress: Callable[[Progress | Note], None]) -> None:
-    """Say so where somebody corrected a file that is not among the photos any more: work that no number shows."""
+    """Send a note where a corrected file is no longer among the photos: that work is in no number."""
     lost = results.corrections_of_no_photo()
     if lost:
-        said = "1 corrected photo is" if len(lost) == 1 else f"{len(lost)} corrected photos are"
+        which = "1 corrected photo is" if len(lost) == 1 else f"{len(lost)} corrected photos are"
         named = f"{', '.join(lost[:3])}{', ...' if len(lost) > 3 else ''}"
-        note = f"{said} another file now or gone ({named}): the corrections are kept for the file they were made on"
+        note = f"{which} another file now or gone ({named}): the corrections are kept for the file they were made on"
         on_progress(Note(note))

@@ -15,8 +15,8 @@ from .manifest_update import ManifestUpdate
 from .work import Finished, Job, Task, died
 from .workers import PhotoDone, TaskDone, WorkerDied, WorkerPool
 
-#: How often a photo may end the process that measures it, before its row says so: a process may also be killed by
-#: whoever else needs the memory.
+#: How often a photo may end the process that measures it before that becomes its result: a process may also be killed
+#: because another program needs the memory.
 _TRIES = 2
 #: How many shards that have to wait for others are passed over.
 _LOOK_AHEAD = 64
@@ -117,7 +117,7 @@ class Schedule:
             which = "photo that was measured is", "photos that were measured are"
             self._note(
                 f"{_counted(found.gone, *which)} not there any more ({found.example}): what was deleted, renamed or "
-                "moved keeps its rows until --restart, beside those under its new name"
+                "moved keeps its rows until --restart, next to those under its new name"
             )
         if found.unlike:
             counted = _counted(found.unlike, "photo has", "photos have")
@@ -182,7 +182,7 @@ class Schedule:
     def _retry(self, task: Task, how: str) -> None:
         """Measure the photos of a lost shard one by one; one that ends its process again becomes a row."""
         retry = self._retries.setdefault(task.shard, SingleFileRetry())
-        if len(task.items) == 1:  # it was this photo, or bad luck: once more will tell
+        if len(task.items) == 1:  # it was this photo, or bad luck: one more try shows which
             (item,) = task.items
             retry.deaths[item.photo] = retry.deaths.get(item.photo, 0) + 1
         for item in task.items:

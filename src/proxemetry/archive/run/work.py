@@ -31,7 +31,7 @@ from .duplicates import sha256_of
 
 @dataclass(frozen=True)
 class Job:
-    """What every worker of a run is told at its start.
+    """What every worker of a run gets at its start.
 
     results: path or URL of the results folder. with_names, with_gps: whether the names in the photos' metadata (people,
     creator, caption) and the coordinates of the place travel into the results.
@@ -164,7 +164,7 @@ def died(item: Item, how: str, job: Job, pose: str, models: Mapping[str, str]) -
 
 
 def _without_name(reason: str, item: Item) -> str:
-    """Return a message without the photo it is about: the row says which, and its path is this machine's alone."""
+    """Return a message without the photo's path: the row names the photo, and the path is this machine's alone."""
     for name in (item.location, item.photo, os.path.basename(item.photo)):
         reason = reason.removeprefix(f"{name}: ")
     return reason if item.location is None else reason.replace(item.location, item.photo)
@@ -196,7 +196,7 @@ def _sha256(item: Item) -> str:
 
 
 def quiet_threads(job: Job) -> Job:
-    """Return the job with one thread a worker, and tell the numeric libraries of the processes started from here."""
+    """Return the job with one thread a worker; processes started from here get one thread for their numeric libraries."""
     for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OPENCV_FOR_THREADS_NUM"):
         os.environ.setdefault(name, "1")
     return replace(job, options=replace(job.options, threads=1))

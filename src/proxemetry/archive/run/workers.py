@@ -75,7 +75,7 @@ class WorkerPool(Protocol):
 
 
 def require_same_networks(pose: str, models: Mapping[str, str], others: Mapping[str, str]) -> None:
-    """Raise ModelError where a worker loaded other networks than those before it; no `pose` says that it is the first.
+    """Raise ModelError where a worker loaded other networks than those before it; `pose` is empty for the first one.
 
     What is fetched where it can be had may be had by one and not by the next.
     """

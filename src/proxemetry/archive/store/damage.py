@@ -114,7 +114,7 @@ def _first_line(error: Exception) -> str:
 
 
 def _find(folder: Folder) -> OutputError | None:
-    """Return what to say of the first damaged file of a folder, None where all can be read."""
+    """Return a message about the first damaged file of a folder, None where all can be read."""
     for subfolder, pattern, advice in _KINDS:
         names = [name for name in folder.names(subfolder, ".parquet") if re.fullmatch(pattern, name)]
         paths = [f"{subfolder}/{name}".lstrip("/") for name in names]
@@ -218,7 +218,7 @@ def require_run(content: Any, path: str) -> dict[str, Any]:
 
 
 def run_of(folder: Folder) -> dict[str, Any] | None:
-    """Return what `run.json` says, None where there is none; raises OutputError where it is damaged."""
+    """Return the content of `run.json`, None where there is none; raises OutputError where it is damaged."""
     content = folder.read(RUN_FILE)
     if content is None:
         return None

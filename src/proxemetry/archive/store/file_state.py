@@ -1,4 +1,4 @@
-"""Size and date of a photo's file: what tells without reading it that it may not be the file that was measured."""
+"""Size and date of a photo's file: they show, without reading it, that it may not be the file that was measured."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from .folder import is_url, open_filesystem
 
 @dataclass(frozen=True)
 class FileState:
-    """A file's size in bytes and its date in nanoseconds since 1970; None for a date that is not told, as of URLs."""
+    """A file's size in bytes and its date in nanoseconds since 1970; None for an unknown date, as of URLs."""
 
     size: int
     modified_ns: int | None

@@ -16,7 +16,7 @@ from ...errors import OutputError, SettingsError
 from ...files import is_file, read_bytes
 from .scratch import is_alive, scratch_folder
 
-#: In a results folder: what the run was, which tells that it is one, and the drawings, which are no photos.
+#: In a results folder: the record of the run, by which the folder is recognised, and the drawings, which are no photos.
 RUN_FILE, OVERLAYS = "run.json", "overlays"
 
 #: Stores whose upload is atomic: an object is there whole or not at all.
@@ -51,7 +51,7 @@ def open_filesystem(url: str) -> Any:
 
 def path_in_store(url: str) -> str:
     """Return a URL's path as its file system has it: a bucket and a key, for instance."""
-    open_filesystem(url)  # says what is missing
+    open_filesystem(url)  # raises with what is missing
     from fsspec.core import url_to_fs  # pyright: ignore[reportUnknownVariableType]
 
     return str(url_to_fs(url)[1])
@@ -225,7 +225,7 @@ class Folder:
     def sweep(self, subfolder: str = "", *, written_once: bool = False) -> None:
         """Remove what processes of this machine that are gone left half written.
 
-        written_once: and what others left of files that are there now, which nobody writes again.
+        written_once: and what others left of files that are there now and are never written again.
         """
         if self._remote is not None:
             return

@@ -51,7 +51,7 @@ def require_same(now: Identity, before: Mapping[str, str], where: str) -> None:
         differences = list(_differences(now.metadata(), before))
     except (KeyError, ValueError, AttributeError, TypeError) as error:
         raise OutputError(
-            f"{where}: it cannot be told how the results there were made; name another --out, or use --restart"
+            f"{where}: it is unknown how the results there were made; name another --out, or use --restart"
         ) from error
     if differences:
         raise OutputError(

@@ -101,7 +101,7 @@ def name_of(number: int) -> str:
 
 
 def names(folder: Folder) -> list[str]:
-    """Return the names of a results folder's manifest files; copies that somebody made beside them are none."""
+    """Return the names of a results folder's manifest files; copies next to them are not among them."""
     return [f"{FOLDER}/{name}" for name in folder.names(FOLDER, ".parquet") if _NAMED.fullmatch(name)]
 
 
@@ -111,7 +111,7 @@ def paths(folder: Folder) -> list[str]:
 
 
 def relative(folder: Folder, root: str | None) -> str | None:
-    """Return where the photos are as a results folder says it: seen from there, without the account's home."""
+    """Return where the photos are, relative to the results folder: without the path of anybody's home."""
     if root is None or is_url(root) or is_url(folder.location):
         return root
     try:

@@ -54,7 +54,7 @@ class Record:
 
 @dataclass(frozen=True)
 class PreviousRow:
-    """What a part says of a photo already, its row."""
+    """A photo's row in the part that is there already."""
 
     fields: Mapping[str, Any]
 
@@ -140,7 +140,7 @@ def names_of(folder: Folder) -> list[str]:
 
 
 def strays(folder: Folder) -> list[str]:
-    """Return the names of files beside the parts that are none, as "part-000001 (1).parquet", a copy of one."""
+    """Return the names of files among the parts that are not parts, as "part-000001 (1).parquet", a copy of one."""
     return [f"{FOLDER}/{name}" for name in folder.names(FOLDER, ".parquet") if not _NAMED.fullmatch(name)]
 
 
@@ -197,7 +197,7 @@ def metadata_of(folder: Folder, shards: Iterable[int]) -> list[dict[str, str]]:
 def measured_files(folder: Folder, shards: Iterable[int], cursor: Any = None) -> list[tuple[str, str]]:
     """Return name and SHA-256 of one photo of each shard, none of a shard whose files could not be read.
 
-    cursor: of DuckDB, for who is not the only thread.
+    cursor: of DuckDB, for callers that are not the only thread.
     """
     paths = [folder.path(name_of(s)) for s in shards]
     if not paths:
@@ -242,7 +242,7 @@ def _these(photos: Iterable[str] | None, files: Iterable[str] | None) -> dict[st
 
 
 def previous_rows(folder: Folder, shard: int) -> dict[str, PreviousRow]:
-    """Return what a shard's part says of each of its photos, nothing where the part is not there."""
+    """Return the rows of a shard's part by photo, none where the part is not there."""
     if not folder.exists(name_of(shard)):
         return {}
     require_whole(folder, [name_of(shard)])
@@ -253,7 +253,7 @@ def previous_rows(folder: Folder, shard: int) -> dict[str, PreviousRow]:
 
 
 def copied(folder: Folder, shard: int, sha256: str, photo: str, file: FileState | None) -> Record | None:
-    """Return what a shard's part says of a file, as the row of `photo`, a copy; None where the part does not have it.
+    """Return a file's row in a shard's part, as the row of `photo`, a copy; None where the part does not have it.
 
     The row as it stands, not one made of its scene: that would round twice.
     """

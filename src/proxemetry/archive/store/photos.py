@@ -28,7 +28,7 @@ _NOT_PHOTOGRAPHED = frozenset(
     )
 )  # fmt: skip
 _PREVIEWS = (".lrdata", ".lrprev")
-#: Photo managers' libraries: what lies in them beside these are previews.
+#: Photo managers' libraries: what else lies in them is previews.
 _LIBRARIES, _ORIGINALS = (".photoslibrary", ".aplibrary", ".migratedphotolibrary"), ("originals", "masters")
 
 
@@ -65,7 +65,7 @@ def _counted(count: int, what: str) -> str:
 class Listing:
     """Photos by their name relative to `root`, the folder named (the deepest one that holds everything named).
 
-    passed_over: what lies beside them and was not taken for photos, in a line; "" for nothing.
+    passed_over: the files next to them that were not taken for photos, in a line; "" for none.
     """
 
     root: str
@@ -233,8 +233,8 @@ def _remote_files(folder: str, passed: PassedOver) -> Iterator[str]:
     bare = path_in_store(folder)
     for file in filesystem.find(bare):
         parts = posixpath.relpath(file, bare).split("/")
-        beside = zip(parts[:-1], ["", *parts], strict=False)  # each folder with the one that it lies in
-        left_out = next((n for n, above in beside if _is_left_out(n, above.lower().endswith(_LIBRARIES))), None)
+        nested = zip(parts[:-1], ["", *parts], strict=False)  # each folder with the one that it lies in
+        left_out = next((n for n, above in nested if _is_left_out(n, above.lower().endswith(_LIBRARIES))), None)
         ending = parts[-1].rpartition(".")[2].lower()
         if left_out is not None:
             passed.folders[left_out] = 1

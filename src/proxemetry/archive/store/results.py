@@ -32,7 +32,7 @@ from .scratch import scratch_folder
 
 TABLE_FORMATS = ("csv", "parquet")
 
-#: Key of the Parquet tables' metadata that says of which state of the results they were made.
+#: Key of the Parquet tables' metadata that holds the state of the results they were made from.
 _MADE_OF = "proxemetry_made_of"
 
 
@@ -52,7 +52,7 @@ class Results:
 
     @property
     def run(self) -> dict[str, Any]:
-        """What `run.json` says."""
+        """The content of `run.json`."""
         fields = run_of(self.folder)
         if fields is None:
             raise OutputError(f"{self.folder.path(RUN_FILE)}: missing; was the folder removed or renamed meanwhile?")
@@ -105,7 +105,7 @@ class Results:
             return corrected_scenes(location, lambda names, files: parts.scenes(self.folder, names, files=files))
 
     def touched(self) -> set[str]:
-        """Return the photos that somebody did something to by hand, be it taken back since."""
+        """Return the photos that were corrected by hand, corrections taken back included."""
         with self._beside_log() as location:
             entries = entries_at(location)
         if not entries:
@@ -154,7 +154,7 @@ class Results:
         attributes = attributes_in(duck)
         for table in TABLES:
             query = table_query(table, safe_distance_m, attributes)
-            # The Parquet file appears last, since it says of what the tables are made.
+            # The Parquet file appears last, since it holds the state that the tables are made from.
             with ExitStack() as files:
                 for form in (form for form in options if form in formats):
                     temporary = files.enter_context(target.writing(f"{table}.{form}"))
@@ -175,9 +175,9 @@ class Results:
         return len(made_of) == 1 and None not in made_of
 
     def _made_of(self, *tables: str) -> set[str | None]:
-        """Return what the Parquet tables say that they were made of."""
+        """Return the state of the results that the Parquet tables were made from."""
         query = f"SELECT decode(value) FROM parquet_kv_metadata($path) WHERE decode(key) = '{_MADE_OF}'"
-        duck = attached(self.folder, threads=None).cursor()  # a summary asks beside other queries
+        duck = attached(self.folder, threads=None).cursor()  # a summary runs while other queries do
         rows = [duck.execute(query, {"path": self.folder.path(f"{t}.parquet")}).fetchone() for t in tables]
         return {None if row is None else row[0] for row in rows}
 

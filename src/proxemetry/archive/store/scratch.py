@@ -1,6 +1,6 @@
 """Temporary folders that hold photos or tables: they go with the program, or, where it was killed, with the next one.
 
-Their names tell which process of which machine they belong to: a folder for temporary files may be shared.
+Their names contain the machine and the process that they belong to: a folder for temporary files may be shared.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ def sweep_scratch() -> None:
 
 
 def is_alive(pid: int) -> bool:
-    """Return whether a process of this machine runs; True where the system cannot tell."""
+    """Return whether a process of this machine runs; True where the system gives no answer."""
     if os.name != "posix":
         return True
     try:
