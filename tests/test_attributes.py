@@ -227,9 +227,9 @@ def test_pairs_where_counts_pairs_both_of_whose_people_match(folder):
 @pytest.mark.parametrize(
     ("texts", "said"),
     [
-        (["hat=1"], "nobody has an attribute 'hat'; there are =1"),
-        (["mask=perhaps"], "nobody has it; 'mask' is "),
-        (["mask=no", "photo=x"], "nobody has an attribute 'photo'"),
+        (["hat=1"], "no person has an attribute 'hat'; there are =1"),
+        (["mask=perhaps"], "no person has it; 'mask' is "),
+        (["mask=no", "photo=x"], "no person has an attribute 'photo'"),
         (["mask"], "write ATTRIBUTE=VALUE"),
     ],
 )
@@ -249,7 +249,7 @@ def test_results_without_attributes_say_so(tmp_path, capsys):
     assert main(["measure", str(photos), "--pose", pose, "--out", str(tmp_path / "out"), "--jobs", "0"]) == 0
     capsys.readouterr()
     assert main(["summary", str(tmp_path / "out"), "--pairs-where", "mask=no"]) == 2
-    assert "nobody has any attributes there" in capsys.readouterr().err
+    assert "no person has attributes there" in capsys.readouterr().err
     assert PREFIX not in (tmp_path / "out" / "people.csv").read_text()
 
 

@@ -350,5 +350,5 @@ def test_a_network_whose_outputs_cannot_be_told_apart_is_refused(tmp_path, monke
     monkeypatch.setattr(networks, "interpreter", lambda *_: Interpreter())
     path = tmp_path / "twice.tflite"
     path.write_bytes(b"any")
-    with pytest.raises(ModelError, match="cannot be told apart"):
+    with pytest.raises(ModelError, match="cannot be distinguished"):
         networks.Network(path, 1)

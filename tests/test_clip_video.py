@@ -231,7 +231,7 @@ def test_only_pairs_count_whose_people_are_recorded_so(made, results, tmp_path, 
     pytest.importorskip("pyreadstat")
     assert main(["export", str(tmp_path / "out"), "--format", "spss"]) == 0
     assert video(made, tmp_path / "out", "--pairs-where", "hat=1", keypoints="masks.json") == 2
-    assert "nobody has an attribute 'hat'; there are =1, mask" in capsys.readouterr().err
+    assert "no person has an attribute 'hat'; there are =1, mask" in capsys.readouterr().err
 
 
 def test_people_alone_tell_the_camera(made, tmp_path):

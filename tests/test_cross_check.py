@@ -108,7 +108,7 @@ class _Told(_Fixed):
     def camera_of(self, photo: Photo) -> Camera | None:
         return Camera.centred(999, photo.width, photo.height)
 
-    def why_nobody(self, photo: Photo) -> str | None:
+    def why_no_people(self, photo: Photo) -> str | None:
         return None if len(self.people) else "not listed"
 
 
@@ -130,7 +130,7 @@ def test_a_pair_knows_photos_without_files_where_its_first_does() -> None:
     with pytest.raises(PhotoError, match="b looks at the photo"):
         second.photo("a.jpg")
     empty = cross_checked(_Told("a", People.none(BODY_25)), seen)
-    assert isinstance(empty, Recording) and empty.why_nobody(first.photo("a.jpg")) == "not listed"
+    assert isinstance(empty, Recording) and empty.why_no_people(first.photo("a.jpg")) == "not listed"
     assert replays("cross-check:recorded:a.json+blazepose") and not replays("cross-check:blazepose+recorded:a.json")
 
 

@@ -252,7 +252,7 @@ def test_an_unknown_specification_and_an_absent_file(tmp_path: Path) -> None:
         read_specification("no-such")
     path = tmp_path / "spec.toml"
     path.write_text('skeleton = "coco17"\n[one_stage]\nfile = "absent.onnx"\ndecode = "rtmo"')
-    with pytest.raises(ModelError, match="neither beside the specification nor in the model table"):
+    with pytest.raises(ModelError, match="neither next to the specification nor in the model table"):
         OnnxBackend(read_specification(str(path)))
 
 

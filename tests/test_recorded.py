@@ -146,7 +146,7 @@ def test_a_photo_that_a_results_file_does_not_name_says_so(tmp_path):
     scene = measure(Photo("other.jpg", 640, 480, ""), pose=recorded, camera=FocalRequest(focal_px=500))
     assert scene.status == "ok"
     assert scene.reason is not None
-    assert scene.reason.startswith("nobody recorded: results.json names only photos with somebody (")
+    assert scene.reason.startswith("no people recorded: results.json names only photos with people (")
     listed = Recorded(_written(tmp_path, "k.json", _own(people=[])))
     assert measure(PHOTO, pose=listed, camera=FocalRequest(focal_px=500)).reason == "nobody found"
 

@@ -112,7 +112,7 @@ def test_a_folder_of_texts_has_none_for_a_photo_without_anybody(tmp_path: Path) 
     (tmp_path / "a.txt").write_text(f"0 .2 .5 .2 .5 {rows}")
     backend, empty = Recorded(tmp_path), Photo("empty.jpg", WIDTH, HEIGHT, "")
     assert len(backend.detect(empty)) == 0
-    assert "has no file for it" in (backend.why_nobody(empty) or "")
+    assert "has no file for it" in (backend.why_no_people(empty) or "")
 
 
 @pytest.mark.parametrize("forms", [("NFD", "NFC"), ("NFC", "NFD")])

@@ -78,7 +78,7 @@ def measure(
     made_by = Provenance(__version__, backend.name, dict(backend.models), settings.table)
     scene = place(photo.name, photo.sha256, photo.width, photo.height, people, estimate, settings)
     if scene.status == "ok" and not len(people):
-        scene = replace(scene, reason=_why_nobody(backend, photo) or scene.reason)
+        scene = replace(scene, reason=_why_no_people(backend, photo) or scene.reason)
     return replace(scene, made_by=made_by, about=photo.metadata.about(), seconds=time.perf_counter() - started)
 
 
@@ -189,9 +189,9 @@ def _recorded_camera(backend: PoseBackend, photo: Photo, settings: Settings) -> 
     return None if found_with_place else backend.camera_of(photo)
 
 
-def _why_nobody(backend: PoseBackend, photo: Photo) -> str | None:
+def _why_no_people(backend: PoseBackend, photo: Photo) -> str | None:
     """Return what a back end that does not look at the photo has to say of its emptiness."""
-    return backend.why_nobody(photo) if isinstance(backend, Recording) else None
+    return backend.why_no_people(photo) if isinstance(backend, Recording) else None
 
 
 def _estimate(

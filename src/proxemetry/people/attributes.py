@@ -1,4 +1,4 @@
-"""What whoever recorded a person says of them beside where they are: attributes by key, as text.
+"""What a recording states of a person besides where they are: attributes by key, as text.
 
 Nothing here looks at a picture: an attribute is carried, shown and counted by, and never judged.
 """
@@ -127,15 +127,15 @@ class PairsWhere:
         return all(key in attributes and compared(attributes[key]) in values for key, values in self.accepted.items())
 
     def require_some(self, known: Mapping[str, Mapping[str, int]]) -> None:
-        """Raise SettingsError where nobody can have what is asked for; known: key -> value -> how many people."""
+        """Raise SettingsError where no person can have what is asked for; known: key -> value -> how many people."""
         for key, values in self.accepted.items():
             if key not in known:
-                there = f"there are {', '.join(sorted(known)[:8])}" if known else "nobody has any attributes there"
-                raise SettingsError(f"--pairs-where {self}: nobody has an attribute {key!r}; {there}")
+                there = f"there are {', '.join(sorted(known)[:8])}" if known else "no person has attributes there"
+                raise SettingsError(f"--pairs-where {self}: no person has an attribute {key!r}; {there}")
             if not any(compared(value) in values for value in known[key]):
                 most = sorted(known[key].items(), key=lambda item: (-item[1], item[0]))[:6]
                 there = ", ".join(f"{value:.40} ({number:,} people)" for value, number in most)
-                raise SettingsError(f"--pairs-where {self}: nobody has it; {key!r} is {there}")
+                raise SettingsError(f"--pairs-where {self}: no person has it; {key!r} is {there}")
 
 
 def compared(value: str) -> str:
@@ -171,7 +171,7 @@ def keys_of(attributes: Sequence[Attributes]) -> tuple[str, ...]:
 
 
 def checked(stated: Sequence[Any], count: int) -> tuple[Attributes, ...]:
-    """Return the attributes of `count` people, none of anybody where nothing is stated."""
+    """Return the attributes of `count` people, empty where none are stated."""
     if len(stated) not in (0, count):
         raise KeypointsError(f"people.attributes has {len(stated)} entries for {count} people")
     return tuple(attributes_of(one) for one in stated or [None] * count)

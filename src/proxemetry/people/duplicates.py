@@ -10,13 +10,13 @@ from ..overlap import keypoint_similarity, sigmas_of
 from .people import People
 
 #: Skeletons more alike than this may be one person's. Of 236 people of hand-labelled photos (`data/photos`,
-#: `data/labelled_people`) and 7 doubles, whose similarity to somebody surer was looked at, 2 people and 4 of the
+#: `data/labelled_people`) and 7 doubles, whose similarity to a surer person was checked by eye, 2 people and 4 of the
 #: doubles lie above.
 POSSIBLY_SAME = 0.25
 
 
 def similarity(people: People) -> FloatArray:
-    """Return COCO's object keypoint similarity of everybody with everybody, shape (P, P), 0..1.
+    """Return COCO's object keypoint similarity of all pairs of people, shape (P, P), 0..1.
 
     Over the joints that both have; 0 where they share fewer than two. The size is that of the smaller of the two, so
     that a small person in front of a large one is not taken for their double.
@@ -35,9 +35,9 @@ def similarity(people: People) -> FloatArray:
 
 
 def possible_duplicates(people: People) -> NDArray[np.bool_]:
-    """Return who may be somebody surer seen a second time, shape (P,); of two alike the less sure one is.
+    """Return who may be a surer person seen a second time, shape (P,); of two alike the less sure one is.
 
-    They are kept, and said doubtful: people who embrace or stand one behind the other look alike too.
+    They are kept, and marked: people who embrace or stand one behind the other look alike too.
     """
     order = np.argsort(-people.person_scores, kind="stable")
     rank = np.empty(len(people), dtype=int)
@@ -47,7 +47,7 @@ def possible_duplicates(people: People) -> NDArray[np.bool_]:
 
 
 def distinct(people: People, most_similar: float = 0.5) -> People:
-    """Return the best-scoring of everybody seen several times, in the order given."""
+    """Return each person once, the best-scoring of several skeletons, in the order given."""
     alike, kept = similarity(people), []
     for row in np.argsort(-people.person_scores, kind="stable"):
         if all(alike[row, other] <= most_similar for other in kept):

@@ -1,4 +1,4 @@
-"""How far a detected joint lies from where it should be: the pixel standard deviation, for whoever weighs keypoints.
+"""How far a detected joint lies from where it should be: the pixel standard deviation, for weighing keypoints.
 
 The law, per image axis and with `body_px` the apparent stature (see `apparent_stature_px`):
 
@@ -6,7 +6,7 @@ The law, per image axis and with `body_px` the apparent stature (see `apparent_s
 
 floor_px is what a photo's own pixels cost, definition[joint] how far people differ on where the joint is, spread[joint]
 how much the detector's answer varies at score 1, both as fractions of the stature, and score_power how that grows as
-it gets unsure. Besides, a back end may see lengths between joints longer or shorter than they are: everybody's alike
+it gets unsure. Besides, a back end may see lengths between joints longer or shorter than they are: all people's alike
 (`scale`), and each person's by as much at all of their joints (`common`: a head that is seen too narrow is too narrow
 at both ears). And it sees people from above less well than from their own height, as few were so in what it was trained
 on: noise grows with the sine of the angle at which a person is looked down at (`from_above`), and everybody in a photo
@@ -29,7 +29,7 @@ from ..arrays import FloatArray
 from .people import People
 from .skeleton import kind_of
 
-#: The source that stands in for one that nobody has measured.
+#: The source that stands in for one that was not measured.
 DEFAULT_SOURCE = "default"
 
 #: What counts as one stature where only a limb is seen, metres (a 1.70 m adult; joints as detectors place them).
@@ -114,7 +114,7 @@ def laws() -> Mapping[str, NoiseLaw]:
 
 
 def law_of(*sources: str) -> NoiseLaw:
-    """Return the law of the first source that the table has: the back end's name, then the skeleton's, say."""
+    """Return the law of the first source that the table has: the back end's name, then the skeleton's, for example."""
     known = laws()
     return next((known[source] for source in sources if source in known), known[DEFAULT_SOURCE])
 

@@ -32,16 +32,17 @@ class People:
     scores: shape (P, K), 0..1; 0 exactly where the keypoint is NaN.
     boxes_px: shape (P, 4) as x0, y0, x1, y1; around the keypoints where none is given.
     person_scores: shape (P,), 0..1; the mean keypoint score where none is given.
-    heading_rad, heading_sd_rad: shape (P,); what the back end itself says of where each person's torso faces, NaN
-        where it says nothing. 0 faces the viewer, positive turns towards the image's right. It is seen along the line
-        of sight: a heading h of somebody who stands at azimuth a, to the right of the camera's axis, faces
+    heading_rad, heading_sd_rad: shape (P,); where each person's torso faces by the back end itself, NaN
+        where it gives none. 0 faces the viewer, positive turns towards the image's right. It is seen along the line
+        of sight: a heading h of a person who stands at azimuth a, to the right of the camera's axis, faces
         (sin(h - a), 0, -cos(h - a)) in the camera frame.
-    source: the name of the back end that saw them, for whoever weighs joints (`keypoint_noise`); "" where nobody knows.
-    depth_m, depth_sd_m: shape (P,); how far each person is along the camera's axis as somebody else measured it (an
-        RGB-D camera, a lidar, a metric-depth network), and the standard deviation; NaN where nobody did. It is the
+    source: the name of the back end that saw them, for weighing joints (`keypoint_noise`); "" where it is unknown.
+    depth_m, depth_sd_m: shape (P,); how far each person is along the camera's axis as another instrument measured it
+    (an
+        RGB-D camera, a lidar, a metric-depth network), and the standard deviation; NaN where none did. It is the
         depth of the body's middle: who measures a surface adds what lies between (half a chest's depth, 0.12 m, for
-        somebody seen from the front).
-    attributes: of each person, what the recording says of them beside, by key (`attributes.attributes_of`).
+        a person seen from the front).
+    attributes: of each person, what else the recording states, by key (`attributes.attributes_of`).
 
     Construction raises KeypointsError where shapes do not fit. A keypoint with score 0, a NaN score or a NaN
     coordinate is missing in all three arrays.
@@ -119,7 +120,7 @@ class People:
 
     @classmethod
     def none(cls, skeleton: Skeleton) -> People:
-        """Return nobody."""
+        """Return no people."""
         return cls(skeleton, np.zeros((0, len(skeleton), 2)), np.zeros((0, len(skeleton))))
 
     def __len__(self) -> int:
@@ -241,7 +242,7 @@ class PoseBackend(Protocol):
 
     `name` is how options call it, `models` maps each network's file name to its sha256 (empty where there is none).
     `detect` returns people in pixels of the upright full-size photo, each person once, and leaves its input untouched;
-    nobody there is an empty `People`, never a guess.
+    a photo without people gives an empty `People`, never a guess.
     """
 
     @property
@@ -260,5 +261,5 @@ class PoseBackend(Protocol):
         ...
 
     def detect(self, photo: Photo) -> People:
-        """Return everybody in a photo."""
+        """Return the people in a photo."""
         ...

@@ -25,7 +25,7 @@ class Numbers:
         value = self.number(tag, xmp_name)
         if value is None or low <= value <= high:
             return value
-        if value != 0 or what == "focal length":  # elsewhere 0 is the standard's own way to say "unknown"
+        if value != 0 or what == "focal length":  # elsewhere 0 is the standard's own value for "unknown"
             shown = "0/0" if math.isnan(value) else f"{value:g}"
             self.remarks.append(f"{what} {shown} in the metadata is unusable")
         return None

@@ -45,7 +45,7 @@ def read_header(path: Path, *, with_names: bool = False, with_gps: bool = False)
 
 
 def _metadata(source: Any, path: Path, with_names: bool, with_gps: bool) -> Metadata:
-    """Return what the file says, also where the image library does not look; the page in front of the photo's too."""
+    """Return the file's metadata, also where the image library does not look; the page in front of the photo's too."""
     found = read_metadata(source, with_names=with_names, with_gps=with_gps)
     if source.format in ("PNG", "JPEG2000"):
         from PIL import Image
@@ -70,7 +70,7 @@ def decode(path: Path, long_side_px: int | None = None) -> RGBArray:
     with _opened(path) as source:
         if not _is_image(source):
             return raw_pixels(source, path, long_side_px)
-        # Before anything is decoded: afterwards nothing may tell any more how the file was turned.
+        # Before anything is decoded: afterwards nothing may show any more how the file was turned.
         orientation = orientation_of(source)
         _check_length(source, path)
         _reduce(source, long_side_px)
@@ -103,8 +103,8 @@ def _opened(path: Path) -> Generator[Any]:
     except (PhotoError, MemoryError):
         raise
     except Exception as error:  # the decoders meet hostile bytes here and raise nearly anything
-        said = error.args[0] if error.args else ""
-        text = said.decode("utf-8", "replace") if isinstance(said, bytes) else str(error)
+        reason = error.args[0] if error.args else ""
+        text = reason.decode("utf-8", "replace") if isinstance(reason, bytes) else str(error)
         text = " ".join(text.split())[:150] or type(error).__name__
         if "cannot identify image file" in text:
             text = "no image format that is known"
@@ -140,7 +140,7 @@ _SIZE_LOCK = threading.Lock()
 
 @contextmanager
 def _any_size() -> Generator[None]:
-    """Let the image library open headers of any size: what decoding may take is decided here, and says what to do."""
+    """Let the image library open headers of any size: how large a decoded picture may be is decided here."""
     from PIL import Image
 
     with _SIZE_LOCK:
@@ -152,7 +152,7 @@ def _any_size() -> Generator[None]:
             Image.MAX_IMAGE_PIXELS = limit
 
 
-#: Tag of a TIFF's page: bit 0 says that it is a reduced copy of another (TIFF 6.0, NewSubfileType).
+#: Tag of a TIFF's page: bit 0 marks a reduced copy of another (TIFF 6.0, NewSubfileType).
 _SUBFILE_TYPE, _REDUCED = 254, 1
 #: So much larger is a page of the same shape of which an unmarked first one is the thumbnail.
 _THUMBNAIL = 3
@@ -198,7 +198,7 @@ def _reduce(source: Any, long_side_px: int | None) -> None:
 
 
 def _most_halvings(source: Any) -> int:
-    """Return how often a JPEG 2000 picture may be halved: what its coding style (ISO 15444-1, A.6.1) says."""
+    """Return how often a JPEG 2000 picture may be halved, by its coding style (ISO 15444-1, A.6.1)."""
     file = source.fp
     at = file.tell()
     file.seek(0)

@@ -1,4 +1,4 @@
-"""What a photo's file says of its camera, its place and its date: EXIF, IPTC and XMP as plain values.
+"""A photo's camera, place and date as its file states them: EXIF, IPTC and XMP as plain values.
 
 Anything in a file may be absent, damaged or nonsense. What cannot be used becomes None, with a remark where that
 matters to the focal length; nothing here raises.
@@ -29,7 +29,7 @@ _SWEPT = 6
 
 
 class Projection(StrEnum):
-    """How the space in front of the camera lies on the picture, where the file says that it is not by one lens."""
+    """How the space in front of the camera lies on the picture, where the file states that it is not by one lens."""
 
     SPHERE = "a photo sphere"
     PANORAMA = "a swept panorama"
@@ -52,13 +52,13 @@ class Crop:
 
 @dataclass(frozen=True)
 class Metadata:
-    """What a file says, as numbers and short texts; None where it says nothing or nothing usable.
+    """A file's statements as numbers and short texts; None where there is none or none that is usable.
 
     Of the camera: make, model, lens; focal_mm; focal_35mm (the 35 mm equivalent); f_number; focal_plane_px_per_mm
     (FocalPlaneXResolution in pixels per millimetre); stored_width_px, stored_height_px (PixelXDimension and
-    PixelYDimension, turned upright as the orientation tag says); digital_zoom (above 1); cropped (an editor's crop is
+    PixelYDimension, turned upright as the orientation tag states); digital_zoom (above 1); cropped (an editor's crop is
     recorded, and made); crop (what was cut, where that is recorded too); lens_corrected (an editor has corrected the
-    lens); raw (a sensor's raw file); edited_by (the editing program that wrote the file, where it says so);
+    lens); raw (a sensor's raw file); edited_by (the editing program that wrote the file, where it is named);
     projection (None for a picture of one perspective); orientation (EXIF's, 1 to 8, applied on reading).
     Of the picture: date (ISO 8601), city, country, source.
     Only on request: creator, caption, people (names of those shown); gps (latitude, longitude in degrees).
@@ -123,7 +123,7 @@ def orientation_of(image: Image.Image) -> int:
 def read_metadata(
     image: Image.Image, *, with_names: bool = False, with_gps: bool = False, raw: bool = False
 ) -> Metadata:
-    """Return what an opened image's EXIF, XMP and IPTC say.
+    """Return the metadata of an opened image: EXIF, XMP and IPTC.
 
     Names and captions are read only with `with_names`, the place's coordinates only with `with_gps`.
     """
@@ -192,7 +192,7 @@ def _orientation(exif: dict[int, Any]) -> int:
 
 
 def _projection(numbers: Numbers, xmp: dict[str, tuple[str, ...]]) -> Projection | None:
-    """Return what Google's panorama schema or the camera's own tag says of a picture stitched from many."""
+    """Return the projection of a picture stitched from many, by Google's panorama schema or the camera's own tag."""
     kind = first(xmp, "GPano:ProjectionType").lower()
     if kind == "equirectangular" or first(xmp, "GSpherical:Spherical").lower() == "true":
         return Projection.SPHERE

@@ -1,4 +1,4 @@
-"""A photo: upright RGB pixels, what its metadata say, and its hash. Formats and orientation end here."""
+"""A photo: upright RGB pixels, its metadata, and its hash. Formats and orientation end here."""
 
 from __future__ import annotations
 

@@ -19,7 +19,7 @@ def skeleton_of(count: int) -> Skeleton | None:
 
 
 def are_fractions(keypoints: FloatArray) -> bool:
-    """Return whether somebody of shape (P, K, 2) is spread out over the first pixel: nobody is that small."""
+    """Return whether a person of shape (P, K, 2) is spread out over the first pixel: no person is that small."""
     for points in keypoints:
         seen = points[np.isfinite(points).all(axis=-1) & (points != 0).any(axis=-1)]
         if len(seen) > 2 and np.abs(seen).max() <= 1 and np.ptp(seen) > 0:

@@ -1,4 +1,4 @@
-"""Anybody's detector: a Python callable as a back end, and its answer, whatever its shape, as People."""
+"""A user's own detector: a Python callable as a back end, and its answer, whatever its shape, as People."""
 
 from __future__ import annotations
 

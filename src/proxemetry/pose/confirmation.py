@@ -19,7 +19,7 @@ _BOX_MARGIN = 0.1
 
 
 def confirmed_by_people(people: People, others: People) -> People:
-    """Return those of `people` whom somebody of `others` confirms, one for one, in their order.
+    """Return those of `people` whom one of `others` confirms, one for one, in their order.
 
     Two skeletons agree where the joints that both have lie near each other on average, relative to the smaller one's
     size; skeletons that share no joint do not.

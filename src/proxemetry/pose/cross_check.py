@@ -40,13 +40,13 @@ class CrossChecked:
         return MappingProxyType({**self.first.models, **self.second.models})
 
     def detect(self, photo: Photo) -> People:
-        """Return the first back end's people whom the second sees too; the second is not asked about nobody."""
+        """Return the first back end's people whom the second sees too; the second is not run where there are none."""
         people = self.first.detect(photo)
         return confirmed_by_people(people, self.second.detect(photo)) if len(people) else people
 
 
 class CrossCheckedRecording(CrossChecked):
-    """The same where one of the two replays a recording: what that knows of a photo beside its people is handed on."""
+    """The same where one of the two replays a recording: what that knows of a photo besides its people is passed on."""
 
     @property
     def photos(self) -> tuple[str, ...]:
@@ -64,10 +64,10 @@ class CrossCheckedRecording(CrossChecked):
         recordings = (backend for backend in (self.first, self.second) if isinstance(backend, Recording))
         return next((camera for r in recordings if (camera := r.camera_of(photo)) is not None), None)
 
-    def why_nobody(self, photo: Photo) -> str | None:
-        """Return why neither recording has anybody there, None where it is not for want of a record."""
+    def why_no_people(self, photo: Photo) -> str | None:
+        """Return why neither recording has people there, None where that is not for lack of a record."""
         recordings = (backend for backend in (self.first, self.second) if isinstance(backend, Recording))
-        return next((why for r in recordings if (why := r.why_nobody(photo)) is not None), None)
+        return next((why for r in recordings if (why := r.why_no_people(photo)) is not None), None)
 
 
 def cross_checked(first: PoseBackend, second: PoseBackend) -> CrossChecked:

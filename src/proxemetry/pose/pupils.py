@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 _LOG = logging.getLogger("proxemetry")
 
 #: Eyes nearer to one another than this are left as they are, pixels: of smaller heads the mesh sees a face in one of
-#: three, and what it then says scatters no less than the joints do (177 heads in 36 photos).
+#: three, and its answer then scatters no less than the joints do (177 heads in 36 photos).
 LEAST_APART_PX = 10.0
 #: A face's square in distances of its eyes and of its ears, and how far below the eyes its middle lies: the mesh
 #: reaches from the hairline to the chin, 19 cm, where eyes are 6.3 and ears 15 cm apart.
@@ -48,7 +48,7 @@ class PupilNetworks:
 
     @classmethod
     def to_be_had(cls, *, offline: bool) -> PupilNetworks | None:
-        """Return the networks, fetched where that may be; None, with one line that says so, where they cannot be.
+        """Return the networks, fetched where that may be; None, with a message of one line, where they cannot be.
 
         Raises ModelError where one is there and damaged.
         """
@@ -105,7 +105,7 @@ def column_of(skeleton: Skeleton, joint: str) -> int:
 def face_box(eyes_px: FloatArray, right_ear_px: FloatArray, left_ear_px: FloatArray) -> FloatArray:
     """Return the square x0, y0, x1, y1 of a face whose eyes (2, 2), right one first, and ears (2,) are seen.
 
-    Ears that are not seen are NaN; where they are, a head that is turned aside is as large as its ears say.
+    Ears that are not seen are NaN; where they are, a head that is turned aside is as large as its ears show.
     """
     across = eyes_px[1] - eyes_px[0]
     ears = float(np.nan_to_num(np.linalg.norm(right_ear_px - left_ear_px)))

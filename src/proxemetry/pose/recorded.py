@@ -1,4 +1,4 @@
-"""A back end that replays keypoint files: whoever found the people, everything downstream works from them alone."""
+"""A back end that replays keypoint files, whatever program found the people."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class Recorded:
         self._by_stem = _unless_shared((PurePosixPath(name).stem, r) for name, r in self._by_name.items())
         self._by_number = {r.number: r for r in recordings.photos if r.number is not None}
         self.name = f"recorded:{self._path.name}"
-        # A recording stands where other back ends have networks: what it says is what the results were made of.
+        # A recording stands where other back ends have networks: its content is what the results were made of.
         self.models: Mapping[str, str] = MappingProxyType({self._path.name: _digest(self._path)})
         skeletons = {r.people.skeleton.name: r.people.skeleton for r in recordings.photos if len(r.people)}
         if len(skeletons) > 1:
@@ -59,10 +59,10 @@ class Recorded:
         return tuple(self._by_name)
 
     def photo(self, name: str) -> Photo:
-        """Return a recorded photo without its pixels; raises PhotoError where the recording does not say its size."""
+        """Return a recorded photo without its pixels; raises PhotoError where the recording does not state its size."""
         recording = self._recording(name)
         if recording is None or recording.width is None or recording.height is None or recording.width <= 1:
-            raise PhotoError(f"{name}: {self._path} does not say how large the photo is; give the photos too")
+            raise PhotoError(f"{name}: {self._path} does not state how large the photo is; give the photos too")
         digest = hashlib.sha256(f"{self.name}/{recording.photo}".encode()).hexdigest()
         return Photo(name, int(recording.width), int(recording.height), digest)
 
@@ -81,7 +81,7 @@ class Recorded:
         recording = self._recording(photo.name)
         if recording is None:
             if not self._lists_empty:
-                return People.none(self.skeleton)  # a results file names only photos with somebody
+                return People.none(self.skeleton)  # a results file names only photos with people
             raise KeypointsError(f"{photo.name}: not among the {len(self._by_name)} photos of {self._path}")
         people = recording.people if len(recording.people) else People.none(self.skeleton)
         where = f"{photo.name}: its keypoints in {self._path}"
@@ -100,13 +100,15 @@ class Recorded:
             )
         return people.scaled(photo.width / recording.width, photo.height / recording.height)
 
-    def why_nobody(self, photo: Photo) -> str | None:
-        """Return what to say of a photo that the file does not name, None where it does: is it this photo's file?"""
+    def why_no_people(self, photo: Photo) -> str | None:
+        """Return a message on a photo that the file does not name, None where it does: is it another photo's file?"""
         if self._recording(photo.name) is not None:
             return None
         if self._path.is_dir():
-            return f"nobody recorded: {self._path.name} has no file for it, as tools write none where nobody is found"
-        return f"nobody recorded: {self._path.name} names only photos with somebody ({self._some()}), and not this one"
+            return (
+                f"no people recorded: {self._path.name} has no file for it, as tools write none where they find nobody"
+            )
+        return f"no people recorded: {self._path.name} names only photos with people ({self._some()}), and not this one"
 
     def require_any(self, names: Iterable[str]) -> None:
         """Raise KeypointsError where none of the photos is recorded, though no photo need be: it is another's file."""
@@ -124,7 +126,7 @@ class Recorded:
         return (", ".join(islice(self._by_name, 2)) or "none") + (", ..." if len(self._by_name) > 2 else "")
 
     def _refuse_larger(self, people: People, photo: Photo) -> None:
-        """Refuse pixels of a larger copy where no size is stated: nobody is seen wholly outside a photo."""
+        """Refuse pixels of a larger copy where no size is stated: no person is seen wholly outside a photo."""
         for number, points in enumerate(people.keypoints_px):
             seen = points[np.isfinite(points).all(axis=-1)]
             if not len(seen) or (seen <= (photo.width, photo.height)).all(axis=-1).any():

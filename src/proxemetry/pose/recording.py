@@ -29,6 +29,6 @@ class Recording(PoseBackend, Protocol):
         """Return the camera that the recording states for a photo, in its full-size pixels, or None."""
         ...
 
-    def why_nobody(self, photo: Photo) -> str | None:
-        """Return why nobody is found in a photo, None where the recording says that it is empty."""
+    def why_no_people(self, photo: Photo) -> str | None:
+        """Return why no person is found in a photo, None where the recording states that it is empty."""
         ...

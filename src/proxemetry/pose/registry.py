@@ -21,7 +21,7 @@ class PoseOptions:
 
     effort: "fast", "normal" or "thorough". threads: how many a network may use (1 where photos run in parallel).
     offline: nothing may be fetched. device: one of `DEVICES`. flip: average with the mirrored photo. A back end that
-    has no say in one of the last two refuses it (`Entry.takes`); the others are for those that can use them. pupils:
+    has no use for one of the last two refuses it (`Entry.takes`); the others are for those that can use them. pupils:
     the eyes' distance will be measured, so that pupils are worth looking for.
     """
 

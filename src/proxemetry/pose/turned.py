@@ -13,7 +13,7 @@ from ..photo import Photo
 
 #: EXIF orientations that swap the sides, and those that mirror (EXIF 2.32, 4.6.4, tag 0x0112).
 _SWAPPED, _MIRRORED = (5, 6, 7, 8), (2, 4, 5, 7)
-#: Whoever leans further from the vertical than this, in degrees, lies.
+#: A person who leans further from the vertical than this, in degrees, lies.
 _LYING_DEG = 60.0
 
 
@@ -42,8 +42,8 @@ def upright(people: People, photo: Photo, size: tuple[float, float] | None, wher
     if orientation in _SWAPPED and _reaches_beyond(people, photo) and not _reaches_beyond(turned, photo):
         return turned
     now, then = _lean_deg(people), _lean_deg(turned)
-    told = np.isfinite(now)
-    if not told.any() or (now[told] < _LYING_DEG).any() or (then[told] > _LYING_DEG).any():
+    known = np.isfinite(now)
+    if not known.any() or (now[known] < _LYING_DEG).any() or (then[known] > _LYING_DEG).any():
         return people
     if orientation not in _SWAPPED:
         return turned

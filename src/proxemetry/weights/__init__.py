@@ -95,8 +95,8 @@ def fetch(
 ) -> list[LocatedModel]:
     """Fetch the named networks' files into the cache where they are not there yet, and check them.
 
-    accept_licence: needed for files whose licence forbids commercial use. say: takes one line for each download;
-    without it the line goes to the `proxemetry` logger as a warning. progress: called while a download runs.
+    accept_licence: needed for files whose licence forbids commercial use. say: is called with one line for each
+    download; without it the line goes to the `proxemetry` logger as a warning. progress: called while a download runs.
     Raises ModelError where a file cannot be had: offline, licence not accepted, no source, every source failed.
     """
     from .fetching import fetch_absent
@@ -107,7 +107,7 @@ def fetch(
         if not model.commercial_use and not accept_licence:
             raise ModelError(
                 f"{model.name}: its licence ({model.licence}) forbids commercial use; "
-                "say --accept-licence if yours is not"
+                "give --accept-licence if yours is not"
             )
     if absent and (offline or is_offline()):
         listed = ", ".join(model.name for model in absent)

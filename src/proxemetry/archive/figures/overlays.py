@@ -32,7 +32,7 @@ def require_plotting(results: str) -> None:
 def draw(
     results: Results, *, faces: str = "show", jobs: int = 1, on_drawn: Callable[[int], None] = lambda _: None
 ) -> None:
-    """Draw the overlays that are not there yet or whose scene was touched; on_drawn: called with how many more are done.
+    """Draw the overlays that are missing or whose scene was touched; on_drawn: called with how many more are done.
 
     Those that show heads otherwise than `faces` asks for are drawn anew, all of them: one face left open is one too
     many.

@@ -218,7 +218,7 @@ def _is_mine(shard: int, share: tuple[int, int] | None) -> bool:
 
 
 def _require_recorded(job: Job, listed: Manifest) -> None:
-    """Raise KeypointsError where a keypoint file names none of the photos: photos without a single person are no result."""
+    """Raise KeypointsError where a keypoint file names none of the photos: no person in any photo is no result."""
     if job.pose.startswith("recorded:"):
         backend = backend_named(job.pose, job.pose_options)
         if isinstance(backend, Recorded):

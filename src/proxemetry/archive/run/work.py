@@ -196,7 +196,7 @@ def _sha256(item: Item) -> str:
 
 
 def quiet_threads(job: Job) -> Job:
-    """Return the job with one thread a worker; processes started from here get one thread for their numeric libraries."""
+    """Return the job with one thread a worker; the numeric libraries of its processes get one thread each."""
     for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OPENCV_FOR_THREADS_NUM"):
         os.environ.setdefault(name, "1")
     return replace(job, options=replace(job.options, threads=1))

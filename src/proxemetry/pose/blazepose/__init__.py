@@ -50,7 +50,7 @@ _LONG_SIDE_PX = 2400
 _SUSPICION, _IN_TILES = 0.1, 0.2
 # 37 people of the labelled photos, their headings put down by eye: 21 degrees rms, none turned front to back.
 _HEADING_SD_RAD = 0.37
-# Looks more than 60 degrees apart say nothing.
+# Passes whose answers are more than 60 degrees apart give no heading.
 _HEADING_AGREEMENT = math.cos(math.radians(30))
 
 
@@ -131,7 +131,7 @@ class BlazePose:
             if pair is None or (pair[0] is not sighting.candidate and is_among(pair[0], kept)):
                 continue
             seen, again = pair
-            # two looks' mean is steadier than either, and so is the answer whether it is somebody found before
+            # two looks' mean is steadier than either, and so is the answer whether that person was found before
             mean = replace(seen, keypoints_px=(seen.keypoints_px + again.keypoints_px) / 2)
             if any(agree(mean, other) for other in means):
                 continue
@@ -167,7 +167,7 @@ class BlazePose:
 def _seen_twice(search: Search, seen: Candidate) -> tuple[Candidate, Candidate] | None:
     """Return two looks that agree, of which one was shown the mirror image; None where there are none.
 
-    What the network imagined it does not see twice. Its own word that somebody is there is one of the score's
+    What the network imagined it does not see twice. Its own flag that a person is there is one of the score's
     features, and one of the least telling. A third look is for where the network would rather have looked.
     """
     mirrored = search.again(seen, mirrored=True)

@@ -20,7 +20,7 @@ _SAME_POSE, _INSIDE = 0.45, 0.6
 # The same head and shoulders: middles nearer than these shares of the larger torso. A body in the other's silhouette is
 # the other's unless it is as large (`_AS_LARGE`) and its head elsewhere (`_HEAD_ELSEWHERE`); one that holds the other's
 # silhouette where the heads are near (`_HEAD_NEAR`). Set by hand; the labelled people of `tests/test_blazepose.py` hold
-# that nobody is lost or doubled by them.
+# that they lose no person and double none.
 _SAME_HEAD, _SAME_SHOULDERS = 0.25, 0.45
 _AS_LARGE, _HEAD_ELSEWHERE, _HEAD_NEAR = 0.85, 0.5, 0.6
 # In torsos (METHOD section 4: shoulders to hips .5 m): from a joint to the skin, and from the eyes to the crown.

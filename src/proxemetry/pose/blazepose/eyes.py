@@ -18,7 +18,7 @@ _MESH_POINTS, _IRIS_POINTS = 468, 5
 _RIGHT_EYE, _LEFT_EYE = (33, 133), (263, 362)
 # MediaPipe's rules: the face's square is 1.5 times its extent, an eye's 2.3 times its width.
 _FACE_FACTOR, _EYE_FACTOR = 1.5, 2.3
-# Below this the mesh itself says that it sees no face (MediaPipe's threshold).
+# Below this the mesh network's flag means that there is no face (MediaPipe's threshold).
 _FACE_MINIMUM = 0.5
 
 

@@ -1,4 +1,4 @@
-"""The face of somebody who was found: one look of the face detector at the head."""
+"""The face of a person who was found: one pass of the face detector over the head."""
 
 from __future__ import annotations
 

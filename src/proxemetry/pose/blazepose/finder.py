@@ -1,6 +1,6 @@
 """Boxes around people: MediaPipe's SSD on MobileNetV2, trained on Open Images, over the whole photo and tiles of it.
 
-Its boxes say where somebody may be. Whether somebody is there, and how the body lies, is for the landmark network.
+Its boxes show where people may be. Whether a person is there, and how the body lies, is for the landmark network.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ _STRIDES = (16, 32, 64, 128, 256, 512)
 _SIZES = (0.2, 0.35, 0.5, 0.65, 0.8, 0.95, 1.0)
 _SHAPES = (1.0, 2.0, 0.5, 3.0, 1 / 3)
 _LOWEST_LAYER = ((0.1, 1.0), (0.2, 2.0), (0.2, 0.5))
-# What the network learns to say is relative to an anchor's size, and times these.
+# The network's outputs are relative to an anchor's size, and times these.
 _MIDDLE_SCALE, _SIDE_SCALE = 10.0, 5.0
 #: Boxes of one look that overlap by more than this are one person's.
 _SAME_BOX = 0.5
@@ -43,7 +43,7 @@ class PersonFinder:
     ) -> Detections:
         """Return the best of the boxes that overlap, best first.
 
-        The whole photo shows everybody whom it suspects, down to `suspicion`. Tiles of the fractions of its longer
+        The whole photo gives every suspected person, down to `suspicion`. Tiles of the fractions of its longer
         side must reach `threshold`: each is one more chance to be wrong. guided: tiles lie only around suspects.
         """
         width, height = picture.width, picture.height

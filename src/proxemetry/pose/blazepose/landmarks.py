@@ -16,7 +16,7 @@ from .regions import Picture, Region
 
 _JOINTS = len(BLAZEPOSE_33)
 _LEFT_SHOULDER, _RIGHT_SHOULDER, _LEFT_HIP, _RIGHT_HIP = 11, 12, 23, 24
-_POINTS = 39  # 33 joints, 2 points that say where to look next, 4 unused
+_POINTS = 39  # 33 joints, 2 points that give the next square, 4 unused
 _HEAT = 64
 _MASK = 64
 _MIRROR = np.array([*BLAZEPOSE_33.mirror, 33, 34, 35, 36, 37, 38])
@@ -26,7 +26,7 @@ _PATCH, _PATCH_MINIMUM = 7, 0.5
 
 @dataclass(frozen=True, eq=False)
 class Candidate:
-    """What the network says of one square.
+    """The network's answer for one square.
 
     keypoints_px: (33, 2). visibility, presence, peaks: (33,), 0..1; the last is the height of each heat map.
     flag: whether a person is there, 0..1. world_m: (33, 3), metres about the hips, x right and y down in the photo,

@@ -34,7 +34,7 @@ class Network:
         self._outputs = [d["index"] for d in outputs]
         sizes = [int(np.prod(d["shape"])) for d in outputs]
         if len(set(sizes)) < len(sizes):
-            raise ModelError(f"{path}: outputs of {sizes} elements: two of one size cannot be told apart")
+            raise ModelError(f"{path}: outputs of {sizes} elements: two of one size cannot be distinguished")
 
     def __call__(self, image: Float32Array) -> dict[int, Float32Array]:
         """Run one input of shape (side, side, 3)."""

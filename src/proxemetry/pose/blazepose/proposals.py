@@ -1,7 +1,7 @@
 """Which squares of a photo are worth a look: from the person detector's boxes, or without it from bodies and faces.
 
-The landmark network does not care much where exactly its square lies: it says where the person really is, and is asked
-once more there. So a box, a pose detection and the place under a face all serve as a first look.
+The landmark network depends little on where exactly its square lies: it finds where the person is, and runs once more
+there. So a box, a pose detection and the place under a face all serve as a first look.
 """
 
 from __future__ import annotations
@@ -21,16 +21,16 @@ Windows = tuple[tuple[float, float], ...]
 
 # MediaPipe's own rule: the square's side is 1.25 times the diameter of the circle around the body.
 _BODY_FACTOR = 1.25
-# The hips of somebody upright are .52 of the stature below the crown (METHOD section 4: trochanterion .87 of 1.69 m),
+# The hips of a person upright are .52 of the stature below the crown (METHOD section 4: trochanterion .87 of 1.69 m),
 # and the circle around them that reaches feet and crown has that radius.
 _HIPS = 0.52
-# Where the box ends at the waist (somebody behind a table, or cut by the photo) the hips are near its lower edge.
+# Where the box ends at the waist (a person behind a table, or cut by the photo) the hips are near its lower edge.
 _HIPS_OF_HALF = 0.9
-# A box this many times as high as wide shows somebody from head to foot.
+# A box this many times as high as wide shows a person from head to foot.
 _SLIM = 2.5
 # The second try at such a body shows more around it.
 _WIDE = 1.6
-# Somebody whom the photo's side cuts may well look slim and be half a body.
+# A person whom the photo's side cuts may look slim and be half a body.
 _AT_EDGE_PX = 2.0
 # A face's box is about 1/4.3 of the way from hips to the circle's edge above the head (METHOD section 4: face height
 # .12 of a stature of 1.7 m; hips .9 m below the crown); the same figure as in the measured prototype.

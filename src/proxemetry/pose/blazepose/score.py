@@ -1,4 +1,4 @@
-"""How sure it is that a sighting is a person: one logistic function of what the networks said."""
+"""How sure it is that a sighting is a person: one logistic function of the networks' outputs."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _LIMBS = [13, 14, 15, 16, 25, 26, 27, 28]
 # measured prototype on its candidates from hand-labelled photos, taken over but for two features that counted its
 # windows (their usual values are in the bias); the photos of the published count may have been among them. Heat map
 # peaks at the torso and the face weigh most. A new one with the person detector's score and overlap as features, each
-# photo judged by a fit to the others, told people from the rest no better than this one beside the rule for boxes.
+# photo judged by a fit to the others, separated people from the rest no better than this one with the rule for boxes.
 _BIAS = 2.3047
 _FEATURES = {
     "flag": (4.2956, 3.3254, 0.0862),
@@ -32,10 +32,10 @@ _FEATURES = {
 }
 
 # A first look below LIKELY is not worth a second. Over both looks the mean must exceed PERSON_MINIMUM: 0.5 let a play
-# tower and a group of statues pass in cut-outs of photos where nobody is, 0.6 nothing.
+# tower and a group of statues pass in cut-outs of photos without people, 0.6 nothing.
 LIKELY, PERSON_MINIMUM = 0.35, 0.6
 
-# Where there is a person detector somebody must fill one of its boxes: overlap times score. A teddy bear has 0.04, a
+# Where there is a person detector a person must fill one of its boxes: overlap times score. A teddy bear has 0.04, a
 # statue 0.09, nine in ten people more than 0.1; with that much even odds are enough.
 SUPPORTED, WELL_SUPPORTED, PERSON_MINIMUM_IN_BOX = 0.05, 0.1, 0.5
 

@@ -15,8 +15,8 @@ from .landmarks import Candidate, Landmarks
 from .proposals import Proposal, Windows
 from .regions import Picture, Region
 
-# Below this a first look says that nobody is there (MediaPipe drops at 0.5), and there is no second one. Once it said
-# that somebody is, the score of the second look decides: the flag varies between two looks at one person from 0 to 1.
+# Below this a first pass finds no person (MediaPipe drops at 0.5), and there is no second one. Above it the score of
+# the second pass decides: between two passes over one person the flag varies from 0 to 1.
 _FLAG_MINIMUM = 0.2
 # MediaPipe's own threshold: below it another square is tried too.
 _FLAG_SURE = 0.5
@@ -34,7 +34,7 @@ _JITTER = ((0.03, 0.02, 1.05), (-0.03, -0.02, 1.05), (0.02, -0.03, 0.95), (-0.02
 class Effort:
     """How long to look.
 
-    tiles: fractions of the photo's longer side of the tiles that the person detector looks at beside the whole photo;
+    tiles: fractions of the photo's longer side of the tiles that the person detector sees besides the whole photo;
     everywhere: whether they cover the photo, or only lie around whom the whole photo suspects. pose_windows,
     face_windows, pose_minimum, face_minimum: what takes the place of the person detector where it is not at hand:
     windows as (fraction of the longer side, overlap), and thresholds. looks: the budget. steadying: further looks at
@@ -68,8 +68,8 @@ EFFORTS = {
 class Sighting:
     """A candidate with what led to it.
 
-    first_flag: what the first look said. detection: the best score of the detections that led here. face: the score of
-    a face where the head is, 0 for none. looked_at: the squares of the first looks that ended here.
+    first_flag: the flag of the first pass. detection: the best score of the detections that led here. face: the score
+    of a face where the head is, 0 for none. looked_at: the squares of the first looks that ended here.
     """
 
     candidate: Candidate
@@ -90,7 +90,7 @@ class Search:
     def visit(self, found: Iterable[Proposal]) -> None:
         """Look at the squares of each proposal, then where the network would rather look, and keep what it sees.
 
-        A proposal's later squares are for where the first shows nobody, or somebody who does not fill its box.
+        A proposal's later squares are for where the first shows no person, or one who does not fill its box.
         """
         for proposal in found:
             known = next((s for s in self.sightings if self._explains(s, proposal)), None)
@@ -119,7 +119,7 @@ class Search:
         return seen
 
     def _explains(self, sighting: Sighting, proposal: Proposal) -> bool:
-        """Return whether a proposal shows somebody who was found, or a square that was looked at."""
+        """Return whether a proposal shows a person who was found, or a square that was searched."""
         if proposal.box_px is not None:
             return self._fills(sighting, proposal, _EXPLAINED)
         return any(_near(r, proposal.squares[0]) for r in (sighting.candidate.region, *sighting.looked_at))
@@ -141,7 +141,7 @@ class Search:
         return replace(look, mask=seen.mask)
 
     def steadied(self, seen: Candidate, looks: int) -> list[Candidate]:
-        """Return further looks at somebody, each a little aside and every other one mirrored; not counted either."""
+        """Return further passes over a person, each a little aside and every other one mirrored; not counted either."""
         region = seen.next_region
         shifted = [region.moved(right, down, grown) for right, down, grown in _JITTER[:looks]]
         return [self._landmarks.look(self._picture, r, mirrored=k % 2 == 1, quick=True) for k, r in enumerate(shifted)]
@@ -157,6 +157,6 @@ def _near(known: Region, new: Region) -> bool:
 
 
 def _shows(first: Candidate, known: Sighting) -> bool:
-    """Return whether a first look shows somebody who was found already: a second would end where that one did."""
+    """Return whether a first pass shows a person who was found already: a second would end where that one did."""
     ends_there = first.next_region.resembles(known.candidate.region)
     return ends_there or similarity(first, known.candidate) > _SAME_PERSON

@@ -1,4 +1,4 @@
-"""Keypoint files of every common kind, told apart by what is in them."""
+"""Keypoint files of every common kind, recognised by their content."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ _KINDS = (
 
 @dataclass(frozen=True, eq=False)
 class Recordings:
-    """All that a file or folder says. lists_empty: whether a photo without anybody would be in it too."""
+    """The content of a file or folder. lists_empty: whether a photo without people would be in it too."""
 
     photos: tuple[RecordedPhoto, ...]
     lists_empty: bool = True
 
 
 def read(path: str | Path) -> Recordings:
-    """Return what a keypoint file, or a folder of one file a photo, says.
+    """Return the content of a keypoint file, or of a folder of one file a photo.
 
     Raises KeypointsError, naming file and entry, where there is no such file or it is malformed.
     """
@@ -50,7 +50,7 @@ def read(path: str | Path) -> Recordings:
 
 def _folder(folder: Path) -> Recordings:
     endings = (openpose.ENDING, ".json", ".txt")
-    # a Mac leaves a file ._NAME beside each NAME on other systems' disks
+    # a Mac leaves a file ._NAME next to each NAME on other systems' disks
     kinds = (sorted(p for p in folder.glob(f"*{ending}") if not p.name.startswith(".")) for ending in endings)
     files = next((found for found in kinds if found), None)
     if not files:

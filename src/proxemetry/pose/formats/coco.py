@@ -75,7 +75,7 @@ def _categories(categories: Sequence[Mapping[str, Any]]) -> tuple[Sequence[str] 
 def read_results(where: str, content: Sequence[Mapping[str, Any]]) -> list[RecordedPhoto]:
     """Return the photos of a COCO results file, by image id or by name where the ids are names.
 
-    Photos without anybody do not occur in such a file. Raises KeypointsError naming the entry.
+    Photos without people do not occur in such a file. Raises KeypointsError naming the entry.
     """
     persons: dict[int | str, list[Person]] = defaultdict(list)
     for number, entry in enumerate(content):

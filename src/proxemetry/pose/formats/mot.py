@@ -27,7 +27,7 @@ def is_mot(text: str) -> bool:
 def read_mot(path: Path, text: str) -> Iterator[RecordedPhoto]:
     """Yield the frames of a text, called by their numbers in six digits as MOT calls its pictures.
 
-    The pictures' size is that of `seqinfo.ini` beside the file or above it, where there is one. Raises KeypointsError
+    The pictures' size is that of `seqinfo.ini` next to the file or above it, where there is one. Raises KeypointsError
     with the line that is wrong.
     """
     frames: dict[int, list[Person]] = defaultdict(list)

@@ -1,4 +1,4 @@
-"""What a keypoint file says of one photo, and how its numbers become People."""
+"""The content of a keypoint file on one photo, and how its numbers become People."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ _FURTHEST_M = 1e5
 
 
 def shortened(value: object) -> str:
-    """Return what a file says as a message may quote it."""
+    """Return a value of a file as a message may quote it."""
     text = str(value)
     return text if len(text) <= 80 else f"{text[:60]}..."
 
@@ -42,9 +42,9 @@ def shortened(value: object) -> str:
 class RecordedPhoto:
     """The people of one photo as a file gives them.
 
-    photo: its name, without its ending where the file does not say it. people: in pixels of a photo of width x height,
-    or of the full-size photo where these are None; 1 x 1 where coordinates are fractions. camera: in pixels of
-    width x height, or None. number: COCO's image id, where that is all the file says.
+    photo: its name, without its ending where the file does not state it. people: in pixels of a photo of width x
+    height, or of the full-size photo where these are None; 1 x 1 where coordinates are fractions. camera: in pixels of
+    width x height, or None. number: COCO's image id, where the file has nothing else.
     """
 
     photo: str
@@ -59,7 +59,7 @@ class RecordedPhoto:
 class Person:
     """One person's numbers: keypoints (K, 2), scores (K,), and a box x0, y0, x1, y1 and a score where given.
 
-    depth_m, depth_sd_m, attributes: as `People` has them; NaN and none where the file says nothing.
+    depth_m, depth_sd_m, attributes: as `People` has them; NaN and none where the file has none.
     """
 
     keypoints: FloatArray
@@ -71,7 +71,7 @@ class Person:
     attributes: Attributes = field(default_factory=dict[str, str])
 
     def stating(self, entry: Mapping[str, Any]) -> Person:
-        """Return the person with what an entry of any JSON format says beside: depth_m, depth_sd_m, attributes.
+        """Return the person with what an entry of any JSON format may add: depth_m, depth_sd_m, attributes.
 
         Raises KeypointsError where a depth lacks its standard deviation or is none, and for attributes that no table
         can hold.
@@ -111,7 +111,7 @@ def naming(where: str) -> Generator[None, None, None]:
 def person_of(triples: Any, score: Any = None, box: Any = None) -> Person:
     """Return a person from K rows of x, y, score, or from the same numbers in one row.
 
-    (0, 0) and score 0 are how files say that a joint was not seen.
+    (0, 0) and score 0 are how files mark a joint that was not seen.
     """
     values = np.asarray(triples, dtype=float)
     if values.ndim == 1:

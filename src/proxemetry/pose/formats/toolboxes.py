@@ -96,7 +96,7 @@ def read_ultralytics_text(where: str, photo: str, text: str) -> RecordedPhoto:
 def _text_joints(numbers: list[float]) -> tuple[list[list[float]], float | None]:
     """Return the joints of a line, rows of x, y and visibility or of x, y, and the confidence where one is saved.
 
-    Nothing but their number tells which it is: it is the form in which they are a skeleton that is known.
+    Only their number shows which it is: the form in which they are a known skeleton.
     """
     if len(numbers) < 2:
         raise KeypointsError("no keypoints: it is a detector's file, not a pose model's")

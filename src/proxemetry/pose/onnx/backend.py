@@ -30,7 +30,7 @@ class OnnxBackend:
     """One specification, its networks loaded, ready to detect; thread-safe.
 
     Scores are the networks' own, cut to 0..1: of a joint the height of its peak, of a person the geometric mean of the
-    detector's score and of the joints' mean, unseen ones counted as 0. `keypoint_noise` says what pixel error a
+    detector's score and of the joints' mean, unseen ones counted as 0. `keypoint_noise` has the pixel error of a
     joint's score stands for.
     Raises ModelError where a network is absent, damaged, or does not fit the specification, SettingsError where an
     option does not.
@@ -169,7 +169,7 @@ class OnnxBackend:
 def _share_inside(people: People) -> FloatArray:
     """Return which share of each skeleton's nose, shoulders and hips lies in its own box, shape (P,).
 
-    Where people overlap a network sometimes sees in one's box the other, who is better seen: that is nobody new.
+    Where people overlap a network sometimes sees in one's box the other, who is better seen: that is no other person.
     1 where none of these joints is seen.
     """
     points = np.stack([people.joint(joint) for joint in _FRAME], axis=1)
@@ -186,7 +186,7 @@ _FRAME = ("nose", "left_shoulder", "right_shoulder", "left_hip", "right_hip")
 _BOX_MARGIN = 0.05
 
 
-#: Limbs in a box without any of these are nobody who could be placed, and often part of somebody else.
+#: Limbs in a box without any of these are no person who could be placed, and often part of another.
 _TRUNK = (
     "nose",
     "left_eye",

@@ -100,7 +100,7 @@ def tiles_around(boxes_px: ArrayLike, width: int, height: int, fraction: float, 
     """
     tile_width, tile_height = _tile_size(width, height, fraction, aspect)
     boxes = np.asarray(boxes_px, dtype=float).reshape(-1, 4).clip(0, (width, height, width, height))
-    # a margin, or the tile's edge would cut whoever is a little larger than suspected
+    # a margin, or the tile's edge would cut a person who is a little larger than suspected
     margin = _SUSPECT_MARGIN * np.tile(boxes[:, 2:] - boxes[:, :2], 2) * (-1, -1, 1, 1)
     left = (boxes + margin).clip(0, (width, height, width, height))
     left = left[(left[:, 2] - left[:, 0] <= tile_width) & (left[:, 3] - left[:, 1] <= tile_height)]
@@ -142,7 +142,7 @@ def person_region(
     """Return the region that a top-down network of input `size` gets to see of a box, grown by `padding`.
 
     It has the input's shape. Its middle is the box's as the networks' training reads it, counting from the middle of a
-    pixel in the photo and in the input: half of both pixels' difference beside ours, so that answers are comparable to
+    pixel in the photo and in the input: half of both pixels' difference from ours, so that answers are comparable to
     other libraries' to a fraction of a pixel.
     """
     x0, y0, x1, y1 = np.asarray(box_px, dtype=float).tolist()

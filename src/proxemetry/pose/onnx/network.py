@@ -28,7 +28,7 @@ class Network:
     """One network with one image input; thread-safe.
 
     path: the .onnx file, or a .tflite file, which LiteRT runs on the processor. device: one of `DEVICES`. threads: how
-    many inputs run side by side, each on one thread; a GPU takes whole batches instead. `provider` says what really
+    many inputs run side by side, each on one thread; a GPU takes whole batches instead. `provider` is what really
     runs it, `channels_last` whether an input has shape (B, H, W, 3) instead of (B, 3, H, W). Raises ModelError where
     the file cannot be loaded or the device was asked for and cannot be had: there is no falling back in silence.
     """
@@ -38,7 +38,7 @@ class Network:
         if device not in DEVICES:
             raise SettingsError(f"device {device!r} is unknown: use one of {', '.join(DEVICES)}")
         if not self.path.is_file():
-            raise ModelError(f"{self.path}: no such network file; `proxemetry models list` says which there are")
+            raise ModelError(f"{self.path}: no such network file; `proxemetry models list` shows which there are")
         try:
             self.sha256 = sha256_of(self.path)
         except OSError as error:

@@ -36,7 +36,7 @@ COLOURS = ("rgb", "bgr")
 class Input:
     """What a network wants to see.
 
-    file: an absolute path, a file beside the specification, or a name of the model table. size: (width, height);
+    file: an absolute path, a file next to the specification, or a name of the model table. size: (width, height);
     (0, 0) where the file itself fixes it. colours: "rgb" or "bgr". mean, std: per channel in that order, of values
     0..255.
     """
@@ -82,9 +82,9 @@ class PoseInput(Input):
 class Specification:
     """One back end: a detector with a top-down pose network, or a one-stage network alone.
 
-    keypoint_score: joints below are missing. person_score: people below are nobody. most_similar: of skeletons more
+    keypoint_score: joints below are missing. person_score: people below it are dropped. most_similar: of skeletons more
     alike than this the best one stays. least_inside: people less of whose nose, shoulders and hips lie in their own box
-    are nobody. folder: where the files are looked for first.
+    are dropped. folder: where the files are looked for first.
     """
 
     name: str
@@ -107,16 +107,16 @@ class Specification:
 
         For another device than the processor it is the network's ONNX form, where the table has one and it is here.
         """
-        beside = self.folder / file
-        if beside.is_file():
-            return beside
+        own = self.folder / file
+        if own.is_file():
+            return own
         try:
             forms = weights.model_named(file).same_as if device != "cpu" else ()
             onnx = [form for form in forms if form.endswith(".onnx") and weights.locate(form) is not None]
             return weights.verify(onnx[0]).path if onnx else weights.obtain(file).path
         except SettingsError as error:
             raise ModelError(
-                f"{self.name}: {file} is neither beside the specification nor in the model table"
+                f"{self.name}: {file} is neither next to the specification nor in the model table"
             ) from error
 
 

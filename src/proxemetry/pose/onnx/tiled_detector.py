@@ -17,7 +17,7 @@ from .specification import DetectorInput, Input
 
 
 class PhotoNetwork:
-    """A detector or a one-stage network at work on photos, looking as hard as the effort says."""
+    """A detector or a one-stage network at work on photos, searching as thoroughly as the effort asks for."""
 
     def __init__(self, specification: DetectorInput, network: Network, effort: str) -> None:
         self.specification, self.network = specification, network
@@ -30,10 +30,10 @@ class PhotoNetwork:
         self._guided = specification.suspicion > 0 and effort != "thorough" and whole_first
 
     def detect(self, pixels: RGBArray) -> Detections:
-        """Return everybody seen in RGB pixels of shape (H, W, 3), in those pixels; who is seen twice is there twice.
+        """Return the people seen in RGB pixels of shape (H, W, 3), in those pixels; a person seen twice is there twice.
 
-        Tiles cover the photo, or lie only where the look at the whole photo suspects somebody, where the
-        specification says from which score on it does. Who is cut by a tile's edge is left to another look.
+        Tiles cover the photo, or lie only where the whole photo suspects a person, where the
+        specification states from which score on it does. People cut by a tile's edge are left to another tile.
         """
         height, width = pixels.shape[:2]
         least, aspect = self.specification.score, self.size[0] / self.size[1]
@@ -46,7 +46,7 @@ class PhotoNetwork:
         return joined([whole[whole.scores >= least], *self._look_at(pixels, regions, least)])
 
     def _suspected(self, whole: Detections) -> NDArray[np.float64]:
-        """Return the boxes that are too unsure to be people, and show nobody who was found; the likeliest first."""
+        """Return the boxes that are too unsure to be people and show no person who was found; the likeliest first."""
         distinct = suppressed(whole, self.specification.overlap)
         return distinct.boxes_px[distinct.scores < self.specification.score]
 
@@ -71,7 +71,7 @@ def input_size(part: Input, network: Network) -> tuple[int, int]:
     if fixed is None and min(part.size) <= 0:
         raise ModelError(f"{part.file} takes any size: state `size` in the specification")
     if fixed is not None and min(part.size) > 0 and tuple(part.size) != fixed:
-        raise ModelError(f"{part.file} takes {fixed[0]} x {fixed[1]}, and the specification says {list(part.size)}")
+        raise ModelError(f"{part.file} takes {fixed[0]} x {fixed[1]}, and the specification states {list(part.size)}")
     return fixed or (int(part.size[0]), int(part.size[1]))
 
 

@@ -54,7 +54,7 @@ class _Person:
 
 
 def decode(maps: Maps) -> tuple[FloatArray, FloatArray]:
-    """Return everybody's joints, shape (P, 25, 2), and scores, shape (P, 25), NaN and 0 where unseen.
+    """Return all people's joints, shape (P, 25, 2), and scores, shape (P, 25), NaN and 0 where unseen.
 
     maps: the network's answer at the size of its input, shape (78, H, W).
     """
@@ -155,7 +155,7 @@ def _limb_scores(a: FloatArray, b: FloatArray, field_x: Maps, field_y: Maps) -> 
     """Return how well the field connects each peak of one joint with each of the other, shape (A, B); 0 is not at all.
 
     The mean of the field along the line between them where it exceeds the threshold, if nearly all of the line does.
-    Joints that nearly coincide, where a field can say nothing, get the least score.
+    Joints that nearly coincide, where a field gives no direction, get the least score.
     """
     if not (len(a) and len(b)):
         return np.zeros((len(a), len(b)))

@@ -24,7 +24,7 @@ class BoxGroup:
 
 
 def grouped(boxes_px: FloatArray) -> list[BoxGroup]:
-    """Return the connected groups of boxes: whoever overlaps anybody of a group belongs to it.
+    """Return the connected groups of boxes: a box that overlaps one of a group belongs to it.
 
     Every box is in exactly one group, whatever the order; touching edges are no overlap, identical boxes are one.
     """
@@ -47,7 +47,7 @@ def grouped(boxes_px: FloatArray) -> list[BoxGroup]:
 def grouped_as_published(boxes_px: FloatArray) -> list[BoxGroup]:
     """Return the groups that the authors' public code makes; rows are those of `boxes_px`.
 
-    Its peculiarities: boxes are taken from left to right and a group chains only to boxes further right, so somebody
+    Its peculiarities: boxes are taken from left to right and a group chains only to boxes further right, so a person
     may be in two groups; overlap is strict, so boxes with the same left and right (or upper and lower) edges do not
     overlap; a box that is reached in several ways is counted as often; and a group is dropped only where all of it is
     in one that starts further left.

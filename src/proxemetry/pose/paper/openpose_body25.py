@@ -25,7 +25,7 @@ class Body25:
         self.net_height = net_height
 
     def detect(self, pixels: RGBArray) -> tuple[FloatArray, FloatArray]:
-        """Return everybody's joints in RGB pixels of shape (H, W, 3): points (P, 25, 2), NaN unseen, and scores."""
+        """Return all people's joints in RGB pixels of shape (H, W, 3): points (P, 25, 2), NaN unseen, and scores."""
         size = net_size(pixels.shape[1], pixels.shape[0], self.net_height)
         scale = net_scale(pixels.shape[1], pixels.shape[0], size)
         points, scores = decode(self._maps(pixels, size, scale))

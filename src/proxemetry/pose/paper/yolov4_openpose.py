@@ -42,7 +42,7 @@ class PublishedBehaviour:
 
     grouping: overlap is not transitive (`box_groups.grouped_as_published`). surplus: skeletons beyond the number of
     boxes are dropped, smallest first, and only where more facing pairs of eyes than boxes were seen; without it a
-    skeleton counts only where a box holds it, and nobody counts twice.
+    skeleton counts only where a box holds it, and no person counts twice.
     Not reproduced: a crop there shows the skeletons that earlier crops drew into the photo.
     """
 
