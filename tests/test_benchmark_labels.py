@@ -69,7 +69,7 @@ def test_clean_labels_have_no_fault_and_new_shoots_need_no_code(folder: Path) ->
         (BODY, "P1,Torso", "Anna,Torso", f"{BODY}:2: person 'Anna'; P and a number is expected"),
         (BODY, "P1,Torso", "P1, Torso", f"{BODY}:2: blanks around a field"),
         (BODY, "P1,Torso", "\nP1,Torso", f"{BODY}:2: empty line"),
-        (BODY, "P0,Head,5,6,b.jpg,1000,800\n", "", f"{PHOTOS}:2: photo b.jpg has nobody in {BODY}; one point at least"),
+        (BODY, "P0,Head,5,6,b.jpg,1000,800\n", "", f"{PHOTOS}:2: photo b.jpg has no person in {BODY}"),
         (TRUTH, "3000,0,5000", "3000,0,nan", f"{TRUTH}:3: z is 'nan'; a number of millimetres is expected"),
         (TRUTH, "7,P1", "7,X1", f"{TRUTH}:3: tag 'X1'; P and a number"),
         (TRUTH, "7,P1,3000", "7,P0,3000", f"{TRUTH}:3: P0 of shoot 7 again; line 2 has it already"),
@@ -107,7 +107,7 @@ def test_faults_of_whole_files(folder: Path) -> None:
         (TRUTH, "3000,0", "3000", "4 columns where 5 are expected"),
         (PHOTOS, "7,C0,b.jpg\n", "", "no row for photo b"),
         (TRUTH, "P1,3000,0", "P1,0,0", "P0 and P1 of shoot 7 stand at one place"),
-        (BODY, CLEAN[BODY], "", "nobody is annotated in it"),
+        (BODY, CLEAN[BODY], "", "no person is annotated in it"),
     ],
 )
 def test_reading_stops_at_what_cannot_be_used(folder: Path, name: str, old: str, new: str, message: str) -> None:

@@ -148,7 +148,7 @@ def test_a_photo_that_a_results_file_does_not_name_says_so(tmp_path):
     assert scene.reason is not None
     assert scene.reason.startswith("no people recorded: results.json names only photos with people (")
     listed = Recorded(_written(tmp_path, "k.json", _own(people=[])))
-    assert measure(PHOTO, pose=listed, camera=FocalRequest(focal_px=500)).reason == "nobody found"
+    assert measure(PHOTO, pose=listed, camera=FocalRequest(focal_px=500)).reason == "no people found"
 
 
 @pytest.mark.parametrize("image_id", [192, "192", "000000000192"])

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from .arrays import FloatArray
 
 #: People contradict a camera's stated place where they put it further off than this many standard deviations, theirs
-#: and the place's together: by chance in one photo of a thousand, if both were as normal as they say.
+#: and the place's together: by chance in one photo of a thousand, if both were as normal as stated.
 MOST_MISFIT = 2.6
 #: The picture contradicts a person's stated depth where it is off by more than this many standard deviations, its own
 #: and the picture's together: by chance of one person in a thousand (two-sided normal).
@@ -36,7 +36,7 @@ class Floor:
 
 @dataclass(frozen=True, eq=False)
 class Mode:
-    """One of several explanations of a photo: its weight and where it puts everybody.
+    """One of several explanations of a photo: its weight and where it puts people.
 
     positions_m: shape (P, 3). covariance_m2: shape (3P, 3P), persons' x, y, z in turn.
     """
@@ -65,8 +65,9 @@ class Bodies:
     floor: the shared floor, where one was found.
     modes: several explanations with weights that sum to one; empty where one is enough.
     mount_misfit: by how many standard deviations the people put the camera elsewhere than its mount, root mean square
-        over what the mount says; NaN without one.
-    depth_misfit: shape (P,), by how many standard deviations a person's stated depth is off what all else says,
+        over what the mount states; NaN without one.
+    depth_misfit: shape (P,), by how many standard deviations a person's stated depth is off what all other evidence
+    gives,
         positive where it is stated too far; NaN where none is stated.
     """
 

@@ -21,17 +21,17 @@ from .intervals import LEVEL
 #: Hall 1966: upper limits of the zones in metres; beyond the last is public.
 ZONES = ("intimate", "personal", "social", "public")
 ZONE_LIMITS_M = (0.457, 1.219, 3.658)
-#: What is said instead of a zone that a pair is less likely in than not.
+#: What stands in place of a zone that a pair is less likely in than not.
 UNCERTAIN = "uncertain"
 #: An interval from one end to more than this many times that is to be read instead of any one number.
 _VAGUE = 4.0
 
 #: In a photo of more people than this, pairs are looked at up to this far apart (metres, as placed): beyond lies the
-#: far phase of Hall's public distance, from 7.6 m, where nothing tells two people of a crowd from any other two.
+#: far phase of Hall's public distance, from 7.6 m, where two people of a crowd are like any other two.
 CROWD, CROWD_REACH_M = 300, 10.0
 
-#: Methods that state everybody's joint uncertainty, and whose pairs get the answer of least expected error. The paper's
-#: estimators define a distance as the one between their positions.
+#: Methods that state the joint uncertainty of all people, and whose pairs get the answer of least expected error. The
+#: paper's estimators define a distance as the one between their positions.
 LEAST_ERROR_METHODS = frozenset({"scene"})
 #: No two bodies' middles are nearer.
 _SHORTEST_M = 0.1
@@ -41,7 +41,7 @@ _SHORTEST_M = 0.1
 class Distances:
     """All pairs of P people; every array is symmetric with NaN on the diagonal and for who could not be placed.
 
-    distance_m: shape (P, P), on the ground plane where gravity is known, else in space (`on_ground` says which);
+    distance_m: shape (P, P), on the ground plane where gravity is known, else in space (see `on_ground`);
     between the positions, or of least expected error (`LEAST_ERROR_METHODS`).
     low_m, high_m: shape (P, P), the 90 % interval of `distance_m`, which lies in it. distance_3d_m: shape (P, P), in
     space.
@@ -85,7 +85,7 @@ class Distances:
         return zone if self.zone_probability[a, b, ZONES.index(zone)] >= 0.5 else UNCERTAIN
 
     def vague(self, a: int, b: int) -> bool:
-        """Return whether a pair's interval says more than its distance: its ends are far apart, as a ratio."""
+        """Return whether a pair's interval is to be read instead of its distance: its ends are far apart (a ratio)."""
         return is_vague(float(self.low_m[a, b]), float(self.high_m[a, b]))
 
     def below(self, limit_m: float) -> int:
@@ -101,7 +101,7 @@ def zone_of(distance_m: float) -> str | None:
 
 
 def is_vague(low_m: float, high_m: float) -> bool:
-    """Return whether an interval says more than the distance in it; not where there is none."""
+    """Return whether an interval should be read instead of the distance in it; False where there is none."""
     return high_m > _VAGUE * low_m
 
 

@@ -1,12 +1,12 @@
 """Every error that proxemetry raises on purpose.
 
-A message says what is wrong, where, and what to do. The command line prints it as one line; a batch writes it
+A message states what is wrong, where, and what to do. The command line prints it as one line; a batch writes it
 into the row of the photo it belongs to. Anything else that escapes is a bug and shows its traceback.
 """
 
 import re
 
-#: Messages quote what files say, which may be long, of several lines, or written to fool a terminal.
+#: Messages quote what is in files, which may be long, of several lines, or written to fool a terminal.
 _LONGEST = 1000
 _LINE_ENDS, _CONTROLS = re.compile(r"\s*[\r\n\v\f\x85\u2028\u2029]\s*"), re.compile(r"[\x00-\x1f\x7f-\x9f]")
 
@@ -54,7 +54,7 @@ class SettingsError(ProxemetryError):
 
 
 class AssumedFocalWarning(UserWarning):
-    """Nothing tells a photo's focal length: its distances rest on what published photos have."""
+    """A photo's focal length is unknown: its distances rest on those of published photos."""
 
 
 class OutputError(ProxemetryError):

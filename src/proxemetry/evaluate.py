@@ -2,7 +2,7 @@
 
 The annotated points as keypoints test the geometry on real measured places without a photo: the middle of the
 shoulders is the neck, and the mid-hip lies as far below the middle of the torso as the neck lies above it. Pairs of
-shoulders and of eyes are not annotated, so what needs them places nobody.
+shoulders and of eyes are not annotated, so what needs them places no one.
 """
 
 from __future__ import annotations
@@ -38,9 +38,9 @@ def people_of_labels(image: LabelImage) -> People:
 
 
 def camera_of_labels(image: LabelImage) -> CameraEstimate:
-    """Return the camera of a photo from the focal length beside its labels."""
+    """Return the camera of a photo from the focal length among its labels."""
     if not math.isfinite(image.focal_mm):
-        return CameraEstimate(None, reason="no focal length beside the labels: add focal_lengths.csv to their folder")
+        return CameraEstimate(None, reason="no focal length with the labels: add focal_lengths.csv to their folder")
     f_px = image.focal_mm * max(image.width, image.height) / max(image.sensor_mm)
     return CameraEstimate(Camera.centred(f_px, image.width, image.height, source=Source(FocalSource.LABELS)))
 

@@ -32,7 +32,7 @@ _HALF_OF_A_PAIR = re.compile(r"\\u[dD][89abAB]|\\u[dD][c-fC-F]|[\ud800-\udfff]")
 
 
 def open_file(path: str | Path) -> BufferedReader:
-    """Open a regular file to read; raises OSError, whose `strerror` says what else it is where it is none."""
+    """Open a regular file to read; raises OSError, whose `strerror` names what else it is where it is none."""
     require_file(path)
     # What was put in its place in the meantime is not waited for either.
     descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
@@ -95,7 +95,7 @@ def read_json(path: str | Path) -> Any:
 def parse_json(text: str, *, finite: bool = False) -> Any:
     """Return what a JSON text holds. Whole numbers beyond what a float holds are infinite; with `finite` none may be.
 
-    Raises ValueError for what is no JSON, for nesting that nobody means, and for halves of characters, which no file
+    Raises ValueError for what is no JSON, for nesting beyond any real file, and for halves of characters, which no file
     can be called by and no table can hold.
     """
     try:

@@ -43,13 +43,13 @@ def measure(
     """Measure one photo.
 
     photo: a file, upright RGB pixels of shape (H, W, 3), or a `Photo`. pose: a back end or its name. camera: what is
-    known of it, before what the photo's metadata say. mount: where it is; its intrinsics, if it has any, stand where
+    known of it, before the photo's metadata. mount: where it is; its intrinsics, if it has any, stand where
     no camera is given. focal_35mm, focal_mm with sensor_mm, focal_px: the focal length where `camera` is not given,
     as the options of the command line of the same names. method, camera and mount take precedence over `settings`.
 
     Raises PhotoError where the photo cannot be read, KeypointsError where a back end's answer is malformed,
     CameraError, ModelError or SettingsError where what is asked for cannot be had. A photo without a known focal length
-    is no error: where neither its lines nor its people tell one, it is measured with the wide interval of published
+    is no error: where neither its lines nor its people show one, it is measured with the wide interval of published
     photos, an AssumedFocalWarning and its mark; with `FocalRequest(assume=False)` its scene lists the people alone.
     """
     started = time.perf_counter()
@@ -88,7 +88,7 @@ def place(
 ) -> Scene:  # fmt: skip
     """Return the scene of people already found with a camera already chosen: the last two stages alone.
 
-    mount: where the camera is, instead of what the estimate says of it and, after that, the settings.
+    mount: where the camera is, instead of the estimate's and, after that, the settings'.
 
     Raises CameraError where the camera or its mount is of a photo of another size, SettingsError where the settings
     speak of people who are not there.
@@ -130,7 +130,7 @@ def _opened(photo: str | Path | RGBArray | Photo) -> Photo:
     if not isinstance(cast(object, photo), str | Path):
         raise PhotoError(
             f"a photo is a path, upright RGB pixels of shape (H, W, 3) or a Photo, not {type(photo).__name__}: of a "
-            "PIL image give its file, or numpy.asarray(image.convert('RGB')), which says nothing of the lens"
+            "PIL image give its file, or numpy.asarray(image.convert('RGB')), which has nothing on the lens"
         )
     return Photo.open(photo)
 
@@ -190,7 +190,7 @@ def _recorded_camera(backend: PoseBackend, photo: Photo, settings: Settings) -> 
 
 
 def _why_no_people(backend: PoseBackend, photo: Photo) -> str | None:
-    """Return what a back end that does not look at the photo has to say of its emptiness."""
+    """Return why a back end that does not look at the photo finds no people."""
     return backend.why_no_people(photo) if isinstance(backend, Recording) else None
 
 
@@ -216,7 +216,7 @@ def _warn_of_assumption(estimate: CameraEstimate, photo: Photo) -> None:
 
 def _locate(people: People, estimate: CameraEstimate, settings: Settings) -> tuple[Bodies, str, str | None]:
     if estimate.camera is None:
-        # What to do about it is told once a photo, not in the rows of all its people and pairs.
+        # What to do about it stands once a photo, not in the rows of all its people and pairs.
         bodies = Bodies.unplaced(len(people), settings.method, _NO_CAMERA)
         return bodies, "no_camera", estimate.reason or _NO_CAMERA
     camera = estimate.camera
@@ -224,18 +224,18 @@ def _locate(people: People, estimate: CameraEstimate, settings: Settings) -> tup
         people = replace(people, keypoints_px=camera.undistorted(people.keypoints_px))
     locate = method_named(settings.method)
     bodies = locate(people, camera.without_distortion(), settings.locate, estimate.mount)
-    return bodies, "ok", None if len(people) else "nobody found"
+    return bodies, "ok", None if len(people) else "no people found"
 
 
 def _with_contradiction(estimate: CameraEstimate, bodies: Bodies) -> CameraEstimate:
-    """Return the estimate with a doubt where the people say that the camera is not where the mount has it."""
+    """Return the estimate with a doubt where the people contradict the mount."""
     kept = tuple(flag for flag in estimate.flags if flag.doubt is not Doubt.MOUNT)
     if not bodies.mount_misfit > MOST_MISFIT:
         return replace(estimate, flags=kept)
     assert estimate.mount is not None
     off = f"{estimate.mount.source}; {bodies.mount_misfit:.1f} standard deviations off"
-    said = f"the people contradict the camera's pitch, roll or height ({off}), or they stand on no level floor"
-    return replace(estimate, flags=(*kept, Flag(Doubt.MOUNT, said)))
+    doubt = f"the people contradict the camera's pitch, roll or height ({off}), or they stand on no level floor"
+    return replace(estimate, flags=(*kept, Flag(Doubt.MOUNT, doubt)))
 
 
 #: People whose stated depths are named as contradicted; beyond, they are counted.
@@ -253,5 +253,5 @@ def _with_depth_contradictions(estimate: CameraEstimate, people: People, bodies:
         for row in rows[:_MOST_NAMED]
     )
     more = f" and {len(rows) - _MOST_NAMED} more" if len(rows) > _MOST_NAMED else ""
-    said = f"the picture contradicts {len(rows)} of the {int(np.isfinite(people.depth_m).sum())} stated depths"
-    return replace(estimate, flags=(*kept, Flag(Doubt.DEPTH, f"{said} ({named}{more})")))
+    doubt = f"the picture contradicts {len(rows)} of the {int(np.isfinite(people.depth_m).sum())} stated depths"
+    return replace(estimate, flags=(*kept, Flag(Doubt.DEPTH, f"{doubt} ({named}{more})")))

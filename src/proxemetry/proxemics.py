@@ -37,7 +37,7 @@ _HEAD_DEPTH, _SHOULDER_DEPTH, _TORSO_LENGTH = 0.065, 0.18, 0.29
 
 #: How two people are turned to one another.
 ORIENTATIONS = ("facing", "side by side", "back to back", "one behind the other")
-#: Beyond this, how two people are turned says nothing of the two (Hall's far social phase ends there).
+#: Beyond this, how two people are turned means nothing (Hall's far social phase ends there).
 ORIENTATION_REACH_M = 3.658
 #: Facing and backs: within 60 degrees of the line between the two. Side by side: within 45 degrees of one another and
 #: 45 to 135 degrees from that line. The sectors of Kendon 1990 in rough: face to face, side by side, and L between.
@@ -242,10 +242,10 @@ def _turned(one: FloatArray, other: FloatArray, between: FloatArray) -> tuple[ND
     away = np.pi - _TOWARDS_RAD
     alike = np.abs(between) < _PARALLEL_RAD
     aside = [(angle > _PARALLEL_RAD) & (angle < np.pi - _PARALLEL_RAD) for angle in (one, other)]
-    beside = aside[0] & aside[1] & alike
+    side_by_side = aside[0] & aside[1] & alike
     return (
         (one < _TOWARDS_RAD) & (other < _TOWARDS_RAD),
-        beside,
+        side_by_side,
         (one > away) & (other > away),
-        (((one < _TOWARDS_RAD) & (other > away)) | ((one > away) & (other < _TOWARDS_RAD))) & ~beside,
+        (((one < _TOWARDS_RAD) & (other > away)) | ((one > away) & (other < _TOWARDS_RAD))) & ~side_by_side,
     )

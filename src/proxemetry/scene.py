@@ -52,7 +52,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Provenance:
-    """What made a scene beside its settings.
+    """What made a scene, besides its settings.
 
     version: of the package. pose: the back end. models: sha256 of its files by name. camera_table: name and hash of
     the camera table, "" where there was none.
@@ -87,8 +87,8 @@ class Scene:
     """One photo's people, where they stand and how far apart, with where every number came from.
 
     photo: its name. sha256: of the file. width_px, height_px: upright full size. status: one of `STATUSES`, with the
-    reason for any but "ok". camera: the estimate with all candidates. settings: what the run was told, without its
-    camera table. about: what the photo's own metadata state of it. review: None where nobody reviewed it. Row i of
+    reason for any but "ok". camera: the estimate with all candidates. settings: those of the run, without its
+    camera table. about: what the photo's own metadata state of it. review: None where it was not reviewed. Row i of
     `people`, of `bodies` and of every distance is the same person.
     """
 
@@ -143,7 +143,7 @@ class Scene:
 
     @cached_property
     def possible_duplicates(self) -> NDArray[np.bool_]:
-        """Who may be somebody surer seen a second time, shape (P,)."""
+        """Who may be a surer person seen a second time, shape (P,)."""
         return possible_duplicates(self.people)
 
     @property

@@ -91,7 +91,7 @@ def people_to_dict(people: People) -> dict[str, Any]:
     arrays = ("keypoints_px", "scores", "boxes_px", "person_scores", "heading_rad", "heading_sd_rad")
     skeleton: dict[str, Any] = {"skeleton": people.skeleton.name}
     if people.skeleton != SKELETONS.get(people.skeleton.name):
-        skeleton["joints"] = list(people.skeleton.joints)  # nobody else knows it
+        skeleton["joints"] = list(people.skeleton.joints)  # no other place has it
     if people.source:
         skeleton["source"] = people.source
     if np.isfinite(people.depth_m).any():
@@ -122,7 +122,7 @@ def people_from_dict(fields: Mapping[str, Any]) -> People:
 
 
 def _stated(name: str, fields: Mapping[str, Any], count: int) -> FloatArray:
-    """Return a vector that is written only where it says something, empty where it is not."""
+    """Return a vector that is written only where it has a number, empty where it is not."""
     return _array(fields[name], count) if name in fields else np.zeros(0)
 
 

@@ -1,4 +1,4 @@
-"""What a run is told, as one value: the same settings on the same photo give the same scene."""
+"""The settings of a run, as one value: the same settings on the same photo give the same scene."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ DEFAULT_METHOD = "scene"
 
 @dataclass(frozen=True)
 class Settings:
-    """What a run is told; the same settings on the same photo give the same scene.
+    """The settings of a run; the same settings on the same photo give the same scene.
 
     method: one of `locate.METHODS`. locate: what is stated of the people. focal: what is stated of the camera.
     undistort: whether a known lens distortion is taken out of the keypoints. mount: where the camera is, for all photos
-    of the run; what a camera table says of single photos comes before it. lines: whether the picture's straight lines
-    are looked at, which tell gravity where no mount does, and often a focal length that nothing states.
+    of the run; a camera table's row for single photos comes before it. lines: whether the picture's straight lines
+    are looked at, which show gravity where no mount does, and often a focal length that nothing states.
     """
 
     method: str = DEFAULT_METHOD
@@ -59,7 +59,7 @@ class Settings:
         return f"{Path(table.source).name} sha256:{hashlib.sha256(repr(table.rows).encode()).hexdigest()}"
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the settings as JSON values; of a camera table what `table` says."""
+        """Return the settings as JSON values; of a camera table its `table`."""
         return copy.deepcopy(self._fields)
 
     @cached_property

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import os
 
-#: Variable -> its value, and the package that heeds it. docs/privacy.md says how each package was looked at.
+#: Variable -> its value, and the package that heeds it. docs/privacy.md describes how each package was checked.
 OFF: dict[str, str] = {
     "ORT_DISABLE_TELEMETRY": "1",  # ONNX Runtime: device id, machine details and events to its maker
     "RAY_USAGE_STATS_ENABLED": "0",  # Ray: cluster size and libraries used
@@ -18,5 +18,5 @@ OFF: dict[str, str] = {
 
 
 def turn_off() -> None:
-    """Set every variable of `OFF`, also where the environment says otherwise: nothing leaves the machine."""
+    """Set every variable of `OFF`, also where the environment has another value: nothing leaves the machine."""
     os.environ.update(OFF)

@@ -6,7 +6,7 @@ import shutil
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-#: Columns of a terminal that does not say how wide it is, and of files.
+#: Columns of a terminal of unknown width, and of files.
 WIDTH = 100
 _BETWEEN, _BETWEEN_GROUPS = "  ", "   "
 
@@ -38,7 +38,7 @@ def terminal_width() -> int:
 
 
 def in_blocks(keys: Columns, groups: Sequence[Columns], width: int = WIDTH) -> list[str]:
-    """Return the lines of a table: the key columns, then as many groups beside them as fit; the rest in further blocks.
+    """Return the lines of a table: the key columns with as many groups as fit next to them, the rest in further blocks.
 
     A group that is wider than the width stands alone. No line has trailing spaces, none is there for missing titles.
     """

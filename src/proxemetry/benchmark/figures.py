@@ -59,7 +59,7 @@ def plot_score(score: Score) -> Figure:
 
 
 def _say_beyond(axes: Axes, count: int) -> None:
-    """Say how many pairs lie above the axis: what is cut off is not forgotten."""
+    """Write how many pairs lie above the axis: what is cut off is not forgotten."""
     if count:
         white = {"facecolor": "white", "edgecolor": "none", "pad": 1.5}
         axes.text(0.02, 0.98, f"{count} above", transform=axes.transAxes, va="top", fontsize=8, color="0.3", bbox=white)

@@ -19,9 +19,9 @@ class ImageScore:
     """One photo: counts, rates, and its scored pairs, n of them.
 
     true_mm, estimated_mm: shape (n,), in the protocol's distance. low_mm, high_mm: shape (n,), the stated central
-    90 %, NaN where none is stated. spatial_error_pct: mean error of the 3D norm beside that on the ground, NaN where
+    90 %, NaN where none is stated. spatial_error_pct: mean error of the 3D norm, next to that on the ground, NaN where
     the protocol has none. annotated_mm: shape (N,), the true distances of all annotated pairs, scored or not.
-    pair_error_pct is NaN where no pair was scored and the protocol does not say 0.
+    pair_error_pct is NaN where no pair was scored and the protocol does not count 0.
     """
 
     label: LabelImage

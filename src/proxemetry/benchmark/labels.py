@@ -3,7 +3,7 @@
 `body_pixel_locations.csv` has person,part,x,y,filename,width,height (pixels of the full-size photo),
 `ground_truth_locations.csv` shoot,tag,x,y,z (millimetres; tags P* are people, C* cameras; y is up, 0 on the ground)
 and `camera_locations_photoshoot_identifiers.csv` shoot,camera,filename (Seker et al. 2021, section 3.2). Two more may
-lie beside them: `settings.csv` (shoot,setting with a header) names the shoots, and `focal_lengths_recovered.csv` or
+lie next to them: `settings.csv` (shoot,setting with a header) names the shoots, and `focal_lengths_recovered.csv` or
 `focal_lengths.csv` (a header with filename and focal_length_mm) gives each photo's lens; sensor_width_mm and
 sensor_height_mm there are those of another sensor than KORTE's.
 """
@@ -52,7 +52,7 @@ class LabelImage:
 
     marks: every annotated point in the file's order. tags: the people, in order of first mention. parts_px: shape
     (P, 4, 2) in the order of `skeleton.PARTS`, NaN where not annotated, the first where annotated twice. positions_mm:
-    shape (P, 3). places_mm: tag -> position of everybody in the shoot, seen here or not. focal_mm: NaN where no file
+    shape (P, 3). places_mm: tag -> position of every person in the shoot, seen here or not. focal_mm: NaN where no file
     gives it.
     """
 
@@ -128,7 +128,7 @@ def read_labels(folder: str | Path, errata: bool = True) -> Labels:
         sizes[filename] = (int(_finite_number(width, where)), int(_finite_number(height, where)))
     if not marks:
         raise LabelsError(
-            f"{path}: nobody is annotated in it; rows of person,part,x,y,filename,width,height are expected"
+            f"{path}: no person is annotated in it; rows of person,part,x,y,filename,width,height are expected"
         )
     corrections = _applicable(load_errata(), marks)
     applied = corrections if errata else ()
@@ -153,7 +153,7 @@ _Lens = tuple[float, tuple[float, float]]
 
 @dataclass(frozen=True)
 class _People:
-    """What the files say of the people of one photo: their points, and where everybody of the shoot is."""
+    """The files' content on the people of one photo: their points, and where every person of the shoot is."""
 
     shoot: str
     marks: tuple[Mark, ...]

@@ -1,4 +1,4 @@
-"""What a set of photos scores: pure functions from `ImageScore`s to numbers. Each name says how it averages."""
+"""What a set of photos scores: pure functions from `ImageScore`s to numbers. Each name states how it averages."""
 
 from __future__ import annotations
 
@@ -148,7 +148,7 @@ class _Pooled:
 
 
 def f1(estimated: NDArray[np.bool_], true: NDArray[np.bool_]) -> float:
-    """Return the F1 score of a yes-or-no answer, each of shape (n,); NaN where neither ever says yes."""
+    """Return the F1 score of a yes-or-no answer, each of shape (n,); NaN where neither is ever yes."""
     hits = float((estimated & true).sum())
     return _ratio(2 * hits, float(estimated.sum() + true.sum()))
 

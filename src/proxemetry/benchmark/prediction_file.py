@@ -117,8 +117,8 @@ def _vector(value: Any, length: int, where: str) -> FloatArray:
         raise LabelsError(f"{where}: {length} numbers are expected, not {json.dumps(value)[:40]}")
     items = cast("list[Any]", value)
     if not all(item is None or _is_number(item) for item in items):
-        said = f"{length} numbers are expected, not {json.dumps(value)[:40]}; null is missing"
-        raise LabelsError(f"{where}: {said}")
+        problem = f"{length} numbers are expected, not {json.dumps(value)[:40]}; null is missing"
+        raise LabelsError(f"{where}: {problem}")
     if any(item is None for item in items):
         return np.full(length, np.nan)
     return np.array(items, dtype=float)

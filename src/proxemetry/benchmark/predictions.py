@@ -34,7 +34,7 @@ class Prediction:
 
     @classmethod
     def nobody(cls, filename: str) -> Prediction:
-        """Return the answer that there is nobody."""
+        """Return the prediction that the photo has no people."""
         none = np.zeros((0, 0))
         return cls(filename, None, None, np.zeros((0, len(PARTS), 2)), np.zeros((0, 3)), None, none, none)
 
@@ -43,7 +43,7 @@ class Prediction:
 
     @property
     def has_positions(self) -> bool:
-        """Whether anybody has a position."""
+        """Whether any person has a position."""
         return bool(np.isfinite(self.positions_mm).all(axis=1).any())
 
     def by_distances(self) -> Prediction:
@@ -136,7 +136,7 @@ def _keys(filename: str) -> tuple[str, ...]:
 
 
 def by_stated_distances(answers: Mapping[str, Predictions]) -> dict[str, Predictions]:
-    """Return methods that state distances by those, as the published protocol allows, with positions beside them."""
+    """Return methods that state distances by those, as the published protocol allows, with positions besides."""
     both: dict[str, Predictions] = {}
     for method, given in answers.items():
         both[method] = given.by_distances() if given.states_distances else given

@@ -14,7 +14,7 @@ from .scores import Score
 
 
 def to_text(score: Score) -> str:
-    """Return the whole score as tables, the caption first, the constant answer's figure beside every error."""
+    """Return the whole score as tables, the caption first, the constant answer's figure next to every error."""
     overall = score.overall
     lines = [
         *textwrap.wrap(score.caption, WIDTH),

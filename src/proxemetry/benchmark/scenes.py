@@ -1,4 +1,4 @@
-"""Scenes of a run as predictions: our own methods take the same road as anybody's."""
+"""Scenes of a run as predictions: our own methods are scored as any other is."""
 
 from __future__ import annotations
 

@@ -41,7 +41,7 @@ DEFAULT_PROTOCOL = "v1"
 
 @dataclass(frozen=True, eq=False)
 class Group:
-    """The photos that share a focal length, a setting or a camera; `by` says which."""
+    """The photos that share a focal length, a setting or a camera, as `by` names it."""
 
     by: str
     name: str
@@ -62,7 +62,7 @@ class Score:
 
     @property
     def caption(self) -> str:
-        """What every table of this score says above itself, so that no number goes without its protocol."""
+        """The heading of every table of this score, so that no number goes without its protocol."""
         o = self.overall
         extra = f", {self.n_extra} answered photos without labels ignored" if self.n_extra else ""
         return (
@@ -108,7 +108,7 @@ def score(labels: Labels, predictions: Predictions, protocol: str = DEFAULT_PROT
     """Score a method's answers; raises SettingsError for an unknown protocol, LabelsError where no photo is labelled.
 
     Every labelled photo counts, answered or not; an empty list of answers is one too. `labels` are taken as they are:
-    `score_files` picks errata or none as the protocol says.
+    `score_files` picks errata or none as the protocol requires.
     """
     chosen = protocol_named(protocol)
     answers = [predictions.named(image.filename) for image in labels]

@@ -5,7 +5,7 @@ Images*, 2021). What it does that one would not expect, all kept here:
 
 - A detected person goes to the nearest annotated point over the parts given, however far; where several claim the
   same person the nearest stays (the first, where equally near) and the others are dropped.
-- Dropping shortens the list of tags, not the list of locations: whoever comes after a dropped one gets the location
+- Dropping shortens the list of tags, not the list of locations: the person after a dropped one gets the location
   of a neighbour. Distances given instead of locations are shifted in the same way.
 - A pixel coordinate of exactly 0 is missing. Where one person has no point at all, the photo's error is 0.
 - A location of exactly (0, 0, 0) counts as detected but is left out of the error.
@@ -15,7 +15,7 @@ Images*, 2021). What it does that one would not expect, all kept here:
   without a point scores 0 in everything.
 
 People without a position were never handed to that code by any method, so they are left out here. Where it would stop
-with an exception (none of a person's parts is annotated for anybody in the photo), the person is left out of the
+with an exception (none of a person's parts is annotated for any person in the photo), the person is left out of the
 error and still takes a place in the list.
 """
 
@@ -68,7 +68,7 @@ def _score_distances(image: LabelImage, prediction: Prediction, distances_mm: Fl
     if len(points) < 2 or not np.isfinite(given).all() or _someone_has_no_point(points):
         return _answer(image, 0, 0, [], 0.0)
     tags = _tags_after_duplicates(points, image)
-    # The distances are consumed in order, whoever was dropped before.
+    # The distances are consumed in order, no matter who was dropped before.
     running: Iterator[float] = iter(given.tolist())
     pairs = [(a, b, next(running)) for k, a in enumerate(tags) for b in tags[k + 1 :]]
     known = [(a, b, d) for a, b, d in pairs if a is not None and b is not None]

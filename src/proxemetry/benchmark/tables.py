@@ -1,4 +1,4 @@
-"""The paper's tables for any methods, the published figures beside ours: text, CSV, LaTeX, plot.
+"""The paper's tables for any methods, the published figures next to ours: text, CSV, LaTeX, plot.
 
 `all`, `outdoor`, `indoor`: detection rate and pair error by focal length (tables 2-4), `elevated`: the camera on the
 balcony (table 5), `f1`: the binary question (table 6).
@@ -60,7 +60,7 @@ class Row:
 
 @dataclass(frozen=True)
 class Table:
-    """A table of methods; `quantity` says what the cells' value is, `caption` what they were scored on."""
+    """A table of methods; `quantity` names the cells' value, `caption` what they were scored on."""
 
     name: str
     row_header: str

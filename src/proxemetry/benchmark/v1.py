@@ -4,7 +4,7 @@
   between its nearest common parts in units of the person's size, and beyond one unit there is no match. The order of
   neither list matters.
 - Rows never move: a distance belongs to the two people it was measured between.
-- Distances are along the ground; the error of those in space stands beside it.
+- Distances are along the ground; the error of those in space stands next to it.
 - A photo without a scored pair is counted as unscored; it is neither 0 nor forgotten.
 """
 
@@ -27,9 +27,9 @@ from .predictions import Prediction
 #: some 0.3 m: medians over the labels of the benchmark, where people show both.
 _UNITS = {("Shoulder", "Torso"): 1.0, ("Head", "Shoulder"): 0.48, ("Eyes", "Shoulder"): 0.56,
           ("Head", "Torso"): 1.47, ("Eyes", "Torso"): 1.53}  # fmt: skip
-#: A photo in which nobody shows two parts far apart is a close-up: the unit is this share of its height.
+#: A photo in which no person shows two parts far apart is a close-up: the unit is this share of its height.
 _CLOSE_UP_SHARE = 1 / 8
-#: Weight of the mean over all common parts beside the nearest: decides where two people share an annotated point.
+#: Weight of the mean over all common parts, besides the nearest: decides where two people share an annotated point.
 _TIE_BREAK = 1e-3
 
 
@@ -69,7 +69,7 @@ def _mean(values: FloatArray) -> float:
 
 
 def match(image: LabelImage, prediction: Prediction) -> tuple[list[int], list[int]]:
-    """Return the rows of the detections that show somebody, and the rows of the annotated people they show."""
+    """Return the rows of the detections that show a person, and the rows of the annotated people they show."""
     points = prediction.points_at(image.width, image.height)
     order = _canonical_order(points, prediction)
     apart = np.linalg.norm(points[order][:, None] - image.parts_px[None], axis=-1)  # (D, P, part)
@@ -79,7 +79,7 @@ def match(image: LabelImage, prediction: Prediction) -> tuple[list[int], list[in
     mean = np.where(common, apart, 0.0).sum(axis=-1) / np.maximum(common.sum(axis=-1), 1)
     possible = nearest < 1
     costs = np.where(possible, np.minimum(nearest + _TIE_BREAK * np.minimum(mean, 1.0), 1.0), 1.0)
-    costs = costs.round(9)  # equal is equal, whatever the last digit says: the canonical order decides
+    costs = costs.round(9)  # equal is equal, whatever the last digit is: the canonical order decides
     pairs = sorted((int(order[row]), column) for row, column in assign(costs) if possible[row, column])
     return [row for row, _ in pairs], [column for _, column in pairs]
 
@@ -87,21 +87,21 @@ def match(image: LabelImage, prediction: Prediction) -> tuple[list[int], list[in
 def person_sizes_px(image: LabelImage) -> FloatArray:
     """Return each annotated person's unit, shape (P,): from the middle of the shoulders to that of the torso, pixels.
 
-    The median over what pairs of parts say; who shows too little is as large as the others in the photo.
+    The median over pairs of parts; a person who shows too little counts as large as the others in the photo.
     """
     estimates = np.stack([
         np.linalg.norm(image.parts_px[:, PARTS.index(a)] - image.parts_px[:, PARTS.index(b)], axis=-1) / unit
         for (a, b), unit in _UNITS.items()
     ])  # fmt: skip
-    said = [[value for value in column if math.isfinite(value)] for column in estimates.T.tolist()]
-    known = [median(values) for values in said if values]
+    stated = [[value for value in column if math.isfinite(value)] for column in estimates.T.tolist()]
+    known = [median(values) for values in stated if values]
     usual = median(known) if known else image.height * _CLOSE_UP_SHARE
-    sizes = np.array([median(values) if values else usual for values in said])
+    sizes = np.array([median(values) if values else usual for values in stated])
     return np.maximum(sizes, 1.0)
 
 
 def _canonical_order(points: FloatArray, prediction: Prediction) -> NDArray[np.intp]:
-    """Sort detections by what they say, so that of two equally good ones the same is taken in any order."""
+    """Sort detections by their content, so that of two equally good ones the same is taken in any order."""
     distances = np.sort(prediction.ground_distances_mm(), axis=1)
     content = np.concatenate([points.reshape(len(points), 2 * len(PARTS)), prediction.positions_mm, distances], axis=1)
     return np.lexsort(np.nan_to_num(content, nan=-1.0).T[::-1])

@@ -214,7 +214,7 @@ def _known_owner(line: _Line) -> str | None:
 
 
 def _check_together(lines: dict[str, list[_Line]]) -> Iterator[Fault]:
-    """Yield what one file says of people, cameras and photos that another does not know."""
+    """Yield what one file has of people, cameras and photos that another does not know."""
     places = {(line.fields[0], line.fields[1]) for line in lines[TRUTH_FILE]}
     photos = {line.fields[2]: line for line in lines[PHOTOS_FILE]}
     annotated = {line.fields[4] for line in lines[BODY_FILE]}
@@ -223,13 +223,13 @@ def _check_together(lines: dict[str, list[_Line]]) -> Iterator[Fault]:
         if (shoot, camera) not in places:
             yield Fault(PHOTOS_FILE, line.number, f"shoot {shoot} has no camera {camera} in {TRUTH_FILE}")
         if filename not in annotated:
-            yield Fault(PHOTOS_FILE, line.number, f"photo {filename} has nobody in {BODY_FILE}; one point at least")
-    told: set[tuple[str, str]] = set()
+            yield Fault(PHOTOS_FILE, line.number, f"photo {filename} has no person in {BODY_FILE}; one point at least")
+    reported: set[tuple[str, str]] = set()
     for line in lines[BODY_FILE]:
         tag, filename = line.fields[0], line.fields[4]
-        if (tag, filename) in told:
+        if (tag, filename) in reported:
             continue
-        told.add((tag, filename))
+        reported.add((tag, filename))
         if filename not in photos:
             yield Fault(BODY_FILE, line.number, f"photo {filename} has no row in {PHOTOS_FILE}")
         elif (photos[filename].fields[0], tag) not in places:

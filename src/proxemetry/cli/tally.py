@@ -61,7 +61,7 @@ def _nearest(line: PhotoLine) -> str:
         vague = f" {VAGUE_MARK}" if _is_vague(line) else ""
         return f"{line.person_a}-{line.person_b}: {metres_text(line.nearest_m, *ends)}{vague}"
     if line.status == "ok":
-        return line.reason or ("nobody could be placed" if (line.n_people or 0) > 1 else "one person")
+        return line.reason or ("no person could be placed" if (line.n_people or 0) > 1 else "one person")
     return "no focal length" if line.status == "no_camera" else f"{line.status}: {line.reason}"
 
 

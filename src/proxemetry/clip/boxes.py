@@ -84,7 +84,7 @@ class Boxes:
             raise CameraError("boxes stand on the floor of a calibrated camera: give --mount, with its focal length")
         mount.check_size(photo.width, photo.height)
         estimate = CameraEstimate(mount.camera, mount=mount)
-        reason = None if count else "nobody found"
+        reason = None if count else "no people found"
         return Scene(
             photo.name, photo.sha256, photo.width, photo.height, "ok", reason, estimate, people, standing(people, mount)
         )

@@ -42,7 +42,7 @@ class LocateSettings:
     """What the user states of the people, for all methods.
 
     body_size: the population of `anthropometry`; "adults" is half women, half men, "mixed" has children besides,
-        as large a share as child_weight says.
+        with the share `child_weight`.
     body_sizes: the same for single people by row, None where the run's holds.
     statures: of single people by row, metres and their standard deviation, None where unknown: measured, or told by
         other pictures of the same person. floor: "shared" or "none".

@@ -6,7 +6,7 @@ each person, the position nearest to the camera. Their numbers are kept as publi
 constant is 8-10 % shorter than detectors see torsos, and nothing corrects for a pitched camera or a turned body.
 
 The intervals are ours: the spread of the length in the population, how far the constant may be off for the detector's
-joints (shared by everybody in the photo), the angle to the sensor, keypoint noise, and the focal length (shared).
+joints (shared by all people in the photo), the angle to the sensor, keypoint noise, and the focal length (shared).
 """
 
 from __future__ import annotations
@@ -135,7 +135,7 @@ def _measure_shoulder(people: People, camera: Camera, quirks: frozenset[str]) ->
     refused = halves.max(axis=0) > _SHOULDER_RATIO * halves.min(axis=0)
     length = np.where(refused, np.nan, length)
     if "shoulder-counter" in quirks:
-        # The counter stands still at a refused person: whoever comes after writes into an earlier row.
+        # The counter stands still at a refused person: the next one is written into an earlier row.
         rows = np.arange(len(people)) - np.cumsum(refused) + refused
         shifted_middle, shifted_length = np.full_like(middle, np.nan), np.full_like(length, np.nan)
         kept = ~refused
@@ -195,10 +195,10 @@ def _covariance(
     for k in range(len(rows)):
         across = (depth[k] / camera.f_px) ** 2 * (noise_px[k] ** 2 / 2)
         joint[k, :, k, :] = own_rel[k] ** 2 * np.outer(place[k], place[k]) + across * np.eye(3)
-    for name in CUES:  # a constant that is off scales everybody placed by it
+    for name in CUES:  # a constant that is off scales all who are placed by it
         scale = np.where(np.array([chosen[i] == name for i in rows])[:, None], place * _CUES[name].constant, 0.0)
         joint += np.einsum("ia,jb->iajb", scale, scale)
-    # The published places are those of the pairs: somebody's eyes and somebody else's torso are not at one height.
+    # The published places are those of the pairs: one person's eyes and another's torso are not at one height.
     above = np.zeros_like(place)
     for name in CUES:
         above[:, 1] = [_CUES[name].above_m if chosen[i] == name else 0.0 for i in rows]

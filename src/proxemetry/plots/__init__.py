@@ -25,10 +25,10 @@ FORMATS = (".png", ".jpg", ".jpeg", ".svg", ".pdf")
 
 
 def overlay(scene: Scene, photo: Photo | None, *, faces: str = "show", all_pairs: bool = False) -> Figure:
-    """Return the photo with skeletons, person numbers and labelled distances beside the view from above.
+    """Return the photo with skeletons, person numbers and labelled distances next to the view from above.
 
     photo: None draws the people alone (recorded keypoints without photos). faces: "blur" pixelates the heads of all
-    people that were found (nobody else's), "show" leaves them. all_pairs: every pair instead of nearest neighbours.
+    people that were found (no others'), "show" leaves them. all_pairs: every pair instead of nearest neighbours.
 
     The figure's size depends on the photo's shape and not on its pixels, so text reads alike at 600 pixels and at 24
     megapixels. Raises PhotoError where the photo cannot be decoded, SettingsError for an unknown value of `faces`.

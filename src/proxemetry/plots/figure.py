@@ -142,7 +142,7 @@ def _legend_handles() -> list[Artist]:
 
 
 def _ending(name: str, most: int) -> str:
-    """Return the end of a photo's path, which is what tells it from others, where the whole is too long."""
+    """Return the end of a photo's path, which distinguishes it from others, where the whole is too long."""
     return name if len(name) <= most else f"...{name[3 - most :]}"
 
 

@@ -1,4 +1,4 @@
-"""What a figure shows and how it says it: which pairs, which colours, which words. No drawing."""
+"""What a figure shows and how it words it: which pairs, which colours, which words. No drawing."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from ..intervals import HALF_WIDTH_SD
 from ..scene import Scene
 from .zone_colours import ZONE_COLOURS
 
-#: None of them is a zone's; the number beside each person says the same.
+#: None of them is a zone's; the number beside each person identifies the same person.
 PERSON_COLOURS = ("#009E73", "#F0E442", "#CC79A7", "#7B4FC9", "#A8E6CF")
 UNPLACED_COLOUR = "#BBBBBB"
-#: Stands after a distance whose interval says more than the number.
+#: Stands after a distance whose interval is to be read instead of the number.
 VAGUE_MARK = "?"
 #: A line's dashes as matplotlib takes them: where they begin, and on and off in points.
 LineStyle = tuple[float, tuple[float, float] | None]
 
 _ALL_PAIRS_UP_TO = 3
-#: The second decimal of a distance says something where its interval is narrower than this.
+#: The second decimal of a distance means something where its interval is narrower than this.
 _NARROW_M = 0.2
 #: A focal length's interval, whose spread is one of logarithms, is written as "± so many per cent" up to this.
 _ONE_SPREAD = 0.25
@@ -42,7 +42,7 @@ def text_on(colour: str) -> str:
 def pairs_shown(distances: Distances, all_pairs: bool = False) -> list[tuple[int, int]]:
     """Return the pairs (a, b), a < b, to draw, the nearest first.
 
-    Everybody's nearest neighbour, or every pair that has a distance: where that is asked for or with up to three
+    Each person's nearest neighbour, or every pair that has a distance: where that is asked for or with up to three
     people.
     """
     metres = distances.distance_m

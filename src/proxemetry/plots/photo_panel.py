@@ -42,9 +42,9 @@ def draw_photo(
     _draw_horizon(axes, scene)
     _draw_skeletons(axes, scene)
     _draw_lines(axes, anchors_px(scene.people), shown, scene.distances)
-    everybody = list(range(len(scene)))
-    colours = [badge_colour(scene, i) for i in everybody]
-    taken = draw_badges(axes, _badge_spots(axes, heads, anchors), everybody, colours)
+    numbers = list(range(len(scene)))
+    colours = [badge_colour(scene, i) for i in numbers]
+    taken = draw_badges(axes, _badge_spots(axes, heads, anchors), numbers, colours)
     texts = [pair_text(scene.distances, a, b) for a, b in shown]
     draw_pair_labels(axes, ends, texts, line_colours(scene.distances, shown), taken, _bodies(axes, scene, heads))
 

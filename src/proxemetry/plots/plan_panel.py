@@ -1,4 +1,4 @@
-"""The view from above: where everybody stands on the ground, how surely, and where they face."""
+"""The view from above: where people stand on the ground, how surely, and where they face."""
 
 from __future__ import annotations
 
@@ -62,12 +62,12 @@ def draw_plan(axes: Axes, scene: Scene, shown: list[tuple[int, int]]) -> None:
 
 def _draw_nobody(axes: Axes, scene: Scene) -> None:
     axes.set(xticks=[], yticks=[])
-    text = "nobody found" if not len(scene) else "nobody could be placed"
+    text = "no people found" if not len(scene) else "no person could be placed"
     axes.text(0.5, 0.5, text, transform=axes.transAxes, ha="center", va="center", size=10, color=_INK)
 
 
 def _set_limits(axes: Axes, positions: FloatArray, covariances: FloatArray) -> None:
-    """Fit everybody with the nearer part of the ellipses, and the camera unless people would be dots beside it."""
+    """Fit all people with the nearer part of the ellipses, and the camera unless people would be dots next to it."""
     reach = np.sqrt(CHI2_2D * np.einsum("pkk->pk", covariances))
     spread = max(float(np.ptp(positions, axis=0).max()), 2.0)
     reach = np.minimum(np.nan_to_num(reach), max(_ELLIPSE_SHARE * spread, 1.0)) + _ARROW_M

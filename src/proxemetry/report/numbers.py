@@ -1,4 +1,4 @@
-"""What a report says of a results folder, counted in its tables."""
+"""The numbers of a report on a results folder, counted in its tables."""
 
 from __future__ import annotations
 
@@ -102,7 +102,7 @@ class Numbers:
 def count(folder: Folder, group_by: str, n_sample: int, n_listed: int, where: PairsWhere | None = None) -> Numbers:
     """Return the numbers of a results folder whose tables are up to date, of those who are as `where` has them.
 
-    Raises SettingsError for `group_by`, and where nobody is.
+    Raises SettingsError for `group_by`, and where there is no such person.
     """
     key = sql_of(group_by)
     tables = counted(folder, where)

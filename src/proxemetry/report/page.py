@@ -18,7 +18,7 @@ from .links import Links, figure_id
 from .numbers import Distances, Group, Numbers, Pair, Share, names_of
 from .wording import CITE, LIMITS, METHODS, STYLE
 
-#: A zone less probable is not named beside an uncertain one.
+#: A zone less probable is not named with an uncertain one.
 _WORTH_SAYING = 0.1
 _POLICY = "default-src 'none'; img-src data:; style-src 'unsafe-inline'"
 
@@ -38,7 +38,7 @@ def page(
     """Return the page.
 
     figures: (photo, data URL). links: of the listed pairs' photos. methods: a paragraph to paste.
-    faces: how heads are shown, for the words beside them. where: whose pairs the numbers are of.
+    faces: how heads are shown, for the words next to them. where: whose pairs the numbers are of.
     """
     sections = [
         _head(title, run, numbers, where),

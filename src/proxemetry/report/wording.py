@@ -1,11 +1,11 @@
-"""What every report says in the same words, and how it looks on a screen and on paper."""
+"""The words that every report has in common, and its looks on a screen and on paper."""
 
 from __future__ import annotations
 
 #: Method -> what it does, in a paragraph that may be quoted.
 METHODS = {
     "scene": (
-        "People are found as body keypoints. One joint fit for the photo then places everybody: bodies of plausible "
+        "People are found as body keypoints. One joint fit for the photo then places all people: bodies of plausible "
         "proportions (ANSUR II and CDC body measurements) stand on a shared floor under one camera height and tilt, "
         "and the fit weighs every keypoint by its own uncertainty. The curvature of the fit gives the intervals."
     ),
@@ -24,11 +24,11 @@ LIMITS = (
     "People who were not found are not counted. Small, hidden and cropped people are missed more often, so counts are "
     "low.",
     "A focal length that is 10 % too long stretches depth by 10 %; people side by side stay as far apart. A cropped "
-    "photo no longer shows what its recorded focal length says.",
+    "photo no longer shows what its recorded focal length implies.",
     "Bodies differ: a child taken for an adult is placed about a quarter too far away, an adult taken for a child too "
     "near.",
     "Long lenses compress depth: for two people one behind the other, quote the interval rather than the number.",
-    "Zones are Hall's (1966) limits applied to distances. They do not say what standing there means to the people.",
+    "Zones are Hall's (1966) limits applied to distances. They do not show what standing there means to the people.",
     "Intervals hold 90 % only as far as the settings hold: they do not cover an unnoticed crop or a second floor.",
 )
 

@@ -1,4 +1,4 @@
-"""Columns of what recordings say of people beside: as many as there are attributes, in `people` and in `pairs`."""
+"""Columns of what else recordings state of people: as many as there are attributes, in `people` and in `pairs`."""
 
 from __future__ import annotations
 

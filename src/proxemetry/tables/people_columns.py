@@ -144,7 +144,7 @@ PEOPLE = (
     ),
     Column(
         "depth_misfit", "DOUBLE", "",
-        "standard deviations by which stated_depth_m is off what all else says, positive: too far; beyond 3.3 the "
+        "standard deviations by which stated_depth_m is off all other evidence, positive: too far; beyond 3.3 the "
         "picture contradicts it",
         lambda s, i: float(s.bodies.depth_misfit[i]),
     ),

@@ -11,7 +11,7 @@ from .column import Column, Value
 
 
 def _if_counted(value: Callable[[Scene], Value]) -> Callable[[Scene], Value]:
-    """Nobody was counted in a photo that could not be read or was excluded: that is no zero to average in."""
+    """No people were counted in a photo that could not be read or was excluded: that is no zero to average in."""
     return lambda s: None if s.status in ("failed", "excluded") else value(s)
 
 
@@ -77,7 +77,7 @@ PHOTOS = (
     Column("n_pairs", "INTEGER", "", "pairs with a distance", _if_counted(lambda s: s.distances.below(math.inf))),
     Column("seconds", "DOUBLE", "s", "computing time", lambda s: s.seconds),
     Column("focal_rel_sd", "DOUBLE", "", "relative standard deviation of the focal length", _camera("focal_rel_sd")),
-    Column("focal_assumed", "BOOLEAN", "", "true: the focal length is a guess, as focal_source says", _assumed),
+    Column("focal_assumed", "BOOLEAN", "", "true: the focal length is a guess, see focal_source", _assumed),
     Column(
         "focal_basis",
         "VARCHAR",

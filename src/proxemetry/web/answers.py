@@ -56,7 +56,7 @@ def _static(content: bytes, kind: str) -> Handler:
 
 
 def answering(handler: Handler) -> Handler:
-    """Return a handler whose errors are answers: one line that says what and what to do."""
+    """Return a handler whose errors are answers: one line with what is wrong and what to do."""
 
     async def answer(request: Request) -> Response:
         try:
@@ -90,7 +90,7 @@ async def _next(chunks: AsyncGenerator[bytes, None]) -> bytes | None:
 
 
 async def body_of(request: Request, limit: int) -> bytes:
-    """Return a request's body, read no further than the limit whatever its head says of its length."""
+    """Return a request's body, read no further than the limit whatever length its head states."""
     length = request.headers.get("content-length", "")
     announced = int(length) if length.isdigit() else None
     if announced is not None and announced > limit:

@@ -105,7 +105,7 @@ class Measuring:
             self._finish(status="stopped")
         except ProxemetryError as error:
             self._finish(status="failed", error=str(error))
-        except Exception as error:  # a bug: the page says so instead of waiting for ever
+        except Exception as error:  # a bug: the page reports it instead of waiting for ever
             self._finish(status="failed", error=f"internal error: {error!r}")
         else:
             self._finish(status="done")

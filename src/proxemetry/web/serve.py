@@ -67,7 +67,7 @@ Application = Callable[[str, tuple[str, ...]], ASGIApp]
 
 
 def serve(application: Application, *, port: int = 0, open_browser: bool = True, tell: Callable[[str], None]) -> None:
-    """Serve a page until it is interrupted. port: 0 takes any free one. tell: hears the address with its token.
+    """Serve a page until it is interrupted. port: 0 takes any free one. tell: is called with the address and its token.
 
     Raises SettingsError where the port is taken.
     """

@@ -87,7 +87,7 @@ class Review:
     def _load(self) -> None:
         self._summaries = self.store.cards()
         self._actions = by_file(in_force(self.store.log.actions(who=self.who if self.blind else None)))
-        if self.blind:  # the index shows everybody's corrections
+        if self.blind:  # the index shows all reviewers' corrections
             for number, summary in enumerate(self._summaries):
                 if summary.corrections or summary.status == "excluded":
                     self._summaries[number] = card_of(self._scene(summary))
@@ -117,7 +117,7 @@ class Review:
         return self._summaries[number]
 
     def about(self) -> dict[str, Any]:
-        """Return what the page's head says, and what its menus hold."""
+        """Return the content of the page's head and of its menus."""
         with self._lock:
             shown = [(s, self._marks(s)) for s in self._summaries]
             return {
@@ -227,7 +227,7 @@ class Review:
         with self._lock:
             summary = self._summary(number)
             scene = self._measured_scene(summary.photo)
-            # Somebody removed by hand stays pixelated too.
+            # A person removed by hand stays pixelated too.
             blurred = (scene.people, self._scene(summary).people) if self.faces == "blur" else ()
         key = (number, long_side_px, *(people.keypoints_px.tobytes() for people in blurred))
 
@@ -265,6 +265,6 @@ class Review:
             known = self.store.log.people()
             for name in (one, other):
                 if name not in known:
-                    raise SettingsError(f"reviewer {name!r} is not in the log: it has {', '.join(known) or 'nobody'}")
+                    raise SettingsError(f"reviewer {name!r} is not in the log: it has {', '.join(known) or 'no names'}")
             log = self.store.log
             return agreement(one, log.actions(who=one), other, log.actions(who=other), self.store.scenes)

@@ -37,7 +37,7 @@ class Store(Protocol):
         ...
 
     def about(self) -> dict[str, Any]:
-        """Return what the page says of all of them."""
+        """Return what the page shows about all of them."""
         ...
 
     def cards(self) -> list[PhotoCard]:
@@ -161,7 +161,7 @@ class DropStore:
         except Exception:
             path.unlink(missing_ok=True)
             raise
-        with self._lock:  # in the order of arrival, whoever was first
+        with self._lock:  # in the order of arrival
             self._files[photo], self._scenes[photo] = path, scene
         return photo
 

@@ -34,7 +34,7 @@ class Explanations:
 
 @dataclass(frozen=True, eq=False)
 class Cavity:
-    """The camera as everybody but one person determines it, for each: mean (P, N_SHARED), precision (P, S, S)."""
+    """The camera as all people but one determine it, for each: mean (P, N_SHARED), precision (P, S, S)."""
 
     mean: FloatArray
     precision: FloatArray

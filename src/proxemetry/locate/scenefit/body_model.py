@@ -68,7 +68,7 @@ class BodyModel:
 
 @cache
 def body_model(skeleton: Skeleton) -> BodyModel:
-    """Return the tables of a skeleton's keypoints; elbows, wrists and hands tell nothing of where a person stands."""
+    """Return the tables of a skeleton's keypoints; elbows, wrists and hands do not show where a person stands."""
     known = [(i, joint) for i, joint in enumerate(skeleton.joints) if kind_of(joint) in SPREAD]
     joints = [joint for _, joint in known]
     count = len(joints)

@@ -11,7 +11,7 @@ import numpy as np
 
 #: Riding is on a bicycle, bent is stooping from the hips, lying is on the back or the belly.
 POSTURES = ("standing", "seated", "lying", "squatting", "riding", "bent")
-#: The first so many are common; with the next, so many must be told apart before the camera's pitch is.
+#: The first so many are common; with the next, so many must be distinguished before the camera's pitch is known.
 N_COMMON, N_TELLING = 2, 3
 #: How likely a person is each, before any evidence.
 POSTURE_WEIGHTS = (0.815, 0.14, 0.005, 0.01, 0.015, 0.015)
@@ -132,14 +132,13 @@ SPREAD = {
 }  # fmt: skip
 
 # Where a skeleton's definition differs from the table above: (forward, left, up) in statures for the left joint, and a
-# factor on the spread. COCO-17 and BODY_25 share COCO's own annotations and are the table. Halpe's neck is annotated
-# at the throat. BlazePose's hips lie nearer together and higher (its torso is 0.97 of COCO's), its knees and ankles
-# higher (beside PP-TinyPose's of the same people in 36 photos: hips 0.9 +- 0.4, knees 0.6 +- 0.3, ankles 1.2 +- 0.4 %
-# of the stature; beside hand labels 1.6 %). KORTE's labels are clicked by hand: one eye stands for both in profile, the
-# head's middle is not the ears', the middle of the shoulders
-# lies anywhere between the joints and the base of the neck 7 cm above them (half of that here, doubt and all), and the
-# mid-hip is extrapolated from it and the torso's middle. Detectors' boxes end some per cent above the hair and below
-# the soles or short of them, wherever arms and bags are.
+# factor on the spread. COCO-17 and BODY_25 share COCO's own annotations and are the table. Halpe's neck is annotated at
+# the throat. BlazePose's hips lie nearer together and higher (its torso is 0.97 of COCO's), its knees and ankles higher
+# (compared with PP-TinyPose's of the same people in 36 photos: hips 0.9 +- 0.4, knees 0.6 +- 0.3, ankles 1.2 +- 0.4 %
+# of the stature; with hand labels 1.6 %). KORTE's labels are clicked by hand: one eye stands for both in profile, the
+# head's middle is not the ears', the middle of the shoulders lies anywhere between the joints and the base of the neck
+# 7 cm above them (half of that here, doubt and all), and the mid-hip is extrapolated from it and the torso's middle.
+# Detectors' boxes end some per cent above the hair and below the soles or short of them, wherever arms and bags are.
 DEFINITIONS: dict[str, dict[str, tuple[float, float, float, float]]] = {
     "halpe26": {"neck": (0.0, 0.0, 0.015, 1.3)},
     "blazepose33": {

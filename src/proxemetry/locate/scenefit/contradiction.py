@@ -51,8 +51,8 @@ def depth_misfit(rows: HypothesisBatch, fit: Fit, elsewhere: FloatArray) -> Floa
     stated = rows.depth_precision > 0
     if not stated.any():
         return np.full(len(rows), np.nan)
-    told, precision = stated_depth_precision(rows, fit.local), 1 / _depth_variance(rows, fit)
-    rest = np.maximum(precision - told, 1e-6 * precision)  # never negative but for rounding
+    stated_precision, precision = stated_depth_precision(rows, fit.local), 1 / _depth_variance(rows, fit)
+    rest = np.maximum(precision - stated_precision, 1e-6 * precision)  # never negative but for rounding
     sd = 1 / np.where(stated, rows.depth_precision, 1.0)
     away = (rows.log_depth - fit.local[:, DEPTH]) * precision / rest
     return np.where(stated, away / np.sqrt(1 / rest + elsewhere + sd**2), np.nan)

@@ -1,6 +1,6 @@
 """The other side of the line of sight: a trunk turned to the left looks as wide as one turned to the right by as much.
 
-Shoulders and hips alone do not tell the two apart; the head does, as far as necks turn, and so do the joints' depths.
+Shoulders and hips alone fit both; the head decides, as far as necks turn, and so does perspective.
 Gauss-Newton finds one of them and takes its curvature for the whole posterior: without the other side headings would
 spread 1.5 times as far as stated.
 """
@@ -37,7 +37,7 @@ class Mirrored:
 
 
 def mirrored(rows: HypothesisBatch, fit: Fit) -> Mirrored:
-    """Return the other side of a fit's rows, each with the camera that everybody else determines."""
+    """Return the other side of a fit's rows, each with the camera that all others determine."""
     cavity, same = leave_one_out(fit), np.zeros(len(rows))
     begin = on_the_other_side(fit.local)
     own = log_evidence(at_fit(fit, cavity), rows, same)

@@ -195,7 +195,7 @@ def _onto_image(
     pitch, roll and turn.
     """
     focal = np.exp(camera[:, FOCAL, None, None])
-    depth = np.maximum(joints[:, 2:], 0.05)  # a joint beside the lens must not divide by zero on the way
+    depth = np.maximum(joints[:, 2:], 0.05)  # a joint level with the lens must not divide by zero on the way
     ideal, enlarged_by = joints[:, :2] / depth, focal / depth
     enlarged = ideal * focal
 
