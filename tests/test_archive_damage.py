@@ -241,5 +241,5 @@ def test_corrections_of_a_disk_that_cannot_be_written_are_read(original: Path, r
     log.close()
     reader = Log(results / FILE, read_only=True)
     assert [a.action for a in reader.actions()] == ["note"]
-    with pytest.raises(OutputError, match="copy the results folder"):
+    with pytest.raises(OutputError, match="copy its folder"):
         reader.append(scene, "note", {"text": "y"}, "ada")
