@@ -76,7 +76,7 @@ def _stated(photo: Photo, request: FocalRequest, frame: Frame, kind: FocalSource
     if request.focal_px is not None:
         yield Found.of(request.focal_px, 0.0, kind, f"{where}focal length in pixels")
     elif request.focal_35mm is not None:
-        # One equivalent for all photos of a run is nobody's measurement: it stays marked as what it is.
+        # One equivalent for all photos of a run is no measurement: it stays marked as an assumption.
         f_px, mm = _from_equivalent(request.focal_35mm, frame), f"{request.focal_35mm:g} mm"
         if kind is FocalSource.USER:
             sd = math.hypot(_ASSUMED_EQUIVALENT_SD, frame.size_rel_sd)
@@ -105,7 +105,7 @@ _BY_BODY = {
 
 
 def _recorded(photo: Photo, frame: Frame) -> Iterator[Found]:
-    """Yield what the photo's metadata say, the most trustworthy first."""
+    """Yield the answers of the photo's metadata, the most trustworthy first."""
     focal_mm, focal_35mm = photo.metadata.focal_mm, photo.metadata.focal_35mm
     from_body = [
         Found.of(*fields) for fields in (() if focal_mm is None else _from_body(photo, focal_mm, frame))
@@ -160,9 +160,9 @@ def zoom_of(metadata: Metadata) -> float:
 
 
 def _with_zoom_settled(photo: Photo, found: tuple[Found, ...]) -> tuple[Found, ...]:
-    """Find out whether the 35 mm equivalent counts the digital zoom: the standard does not say, and makers differ.
+    """Find out whether the 35 mm equivalent counts the digital zoom: the standard leaves it open, and makers differ.
 
-    The camera's sensor tells, else what is known of the maker; else the interval holds both.
+    The camera's sensor decides, else what is known of the maker; else the interval holds both.
     """
     zoom = zoom_of(photo.metadata)
     tag = next((f for f in found if f.candidate.source.kind is FocalSource.EQUIVALENT), None)

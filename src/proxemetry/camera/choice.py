@@ -1,4 +1,4 @@
-"""A photo's camera, its people being known: what is stated and recorded first, then what the picture tells."""
+"""A photo's camera, its people being known: what is stated and recorded first, then what the picture shows."""
 
 from __future__ import annotations
 
@@ -52,13 +52,13 @@ def choose_camera(
 
 
 def _is_half_stated(photo: Photo, request: FocalRequest) -> bool:
-    """Return whether a focal length in millimetres is stated that lacks a sensor: whoever knows the one knows both."""
+    """Return whether a focal length in millimetres is stated without a sensor: who knows one of the two knows both."""
     row = row_of(photo, request.camera_table) if request.camera_table else None
     return request.focal_mm is not None or (row is not None and row.focal_mm is not None)
 
 
 def with_gravity(estimate: CameraEstimate, lines: PictureLines, mount: Mount | None) -> CameraEstimate:
-    """Return the estimate with gravity as straight lines show it, where no mount tells the pitch."""
+    """Return the estimate with gravity as straight lines show it, where no mount states the pitch."""
     mount = estimate.mount or mount
     told = mount is not None and (mount.camera is not None or math.isfinite(mount.pitch_rad))
     if estimate.camera is None:

@@ -66,10 +66,10 @@ class Testimony:
 class CameraEstimate:
     """The camera chosen for a photo, every candidate, and what is doubtful.
 
-    camera is None where no focal length is known; reason then says so and what to do. lens says whose distortion the
-    camera has, and where it is from; None where it has none. mount: what is known of the camera's place before the
-    people are seen, or None. why says what spoke for the chosen candidate; testimony, what the picture and its people
-    were asked, and what they answered.
+    camera is None where no focal length is known; reason then states why and what to do. lens names the lens whose
+    distortion the camera has, and where it is from; None where it has none. mount: what is known of the camera's place
+    before the people are seen, or None. why says what spoke for the chosen candidate; testimony, what the picture and
+    its people were asked, and what they answered.
     """
 
     camera: Camera | None

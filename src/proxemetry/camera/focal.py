@@ -33,7 +33,7 @@ __all__ = ["Camera", "CameraEstimate", "Candidate", "FocalRequest", "estimate_ca
 def estimate_camera(photo: Photo, request: FocalRequest | None = None) -> CameraEstimate:
     """Return the camera of a photo, with every candidate for its focal length.
 
-    The estimate's camera is None, with the reason, where neither the photo nor the request tells a focal length, or
+    The estimate's camera is None, with the reason, where neither the photo nor the request gives a focal length, or
     where the file is no picture of one perspective.
     """
     request = request or FocalRequest()
@@ -57,7 +57,7 @@ def estimate_camera(photo: Photo, request: FocalRequest | None = None) -> Camera
         candidates = (verdict.chosen, *candidates)
     camera = _camera_of(photo, verdict, row)
     camera, lens, doubt = _with_lens(camera, photo, row, verdict.frame)
-    # What is wrong with the metadata is no matter where nobody uses them.
+    # What is wrong with the metadata does not matter where they are not used.
     flags = [*(() if _is_by_user(verdict.chosen) else remarks), *_flags(photo, verdict, camera)]
     flags += [*_on_perspective(photo), *_on_lens(photo, verdict, doubt)]
     return CameraEstimate(camera, candidates, tuple(flags), lens=lens, mount=mount, why=verdict.why)
@@ -78,7 +78,7 @@ def _is_by_user(candidate: Candidate) -> bool:
 
 
 def _verdict(photo: Photo, answers: Sequence[Found], frame: Frame) -> Verdict | None:
-    """Return the verdict of whoever comes first, its interval wide enough to hold those that contradict it."""
+    """Return the verdict of the first source, its interval wide enough to hold those that contradict it."""
     verdict: Verdict | None = None
     for _, group in groupby(answers, key=_rank):
         answers_of = list(group)

@@ -1,4 +1,4 @@
-"""The whole picture that a file is a part or a copy of: resized files, crops, and how far they can be told apart."""
+"""The whole picture that a file is a part or a copy of: resized files, crops, and how far they can be distinguished."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ _CAMERA_CROP_SD = {"16:9": 0.04, "1:1": 0.12}
 #: The same for an editor's crop of unknown extent, and the spread of its centre as a part of the long side.
 _EDITOR_CROP_SD = 0.2
 _EDITOR_CROP_SHIFT = 0.1
-#: How well a recorded rectangle tells the whole picture, as a relative standard deviation of its size: editors count a
-#: few rows and columns of the sensor more or less than the camera does.
+#: How well a recorded rectangle determines the whole picture, as a relative standard deviation of its size: editors
+#: count a few rows and columns of the sensor more or less than the camera does.
 _RECORDED_CROP_SD = 0.004
 
 

@@ -84,7 +84,7 @@ def _variants(make: str | None, model: str | None, aspect: float | None) -> tupl
 
 
 def _has_fixed_lens(camera: Any) -> bool:
-    """Tell a compact camera or a phone: lensfun gives each a mount of its own, beginning with a small letter."""
+    """Whether it is a compact camera or a phone: lensfun gives each a mount of its own, in small letters."""
     return bool(camera.mount) and camera.mount[0].islower()
 
 

@@ -32,7 +32,7 @@ UNKNOWNS = ("pitch", "roll", "log height", "log focal length")
 STATED_ANGLE_SD_RAD = math.radians(1.0)
 STATED_HEIGHT_REL_SD = 0.03
 
-#: Significant digits of what is written: more than anybody measures, and few enough to survive degrees and radians.
+#: Significant digits of what is written: more than is ever measured, and few enough to survive degrees and radians.
 _DIGITS = 12
 _N = len(UNKNOWNS)
 #: What no camera is above, metres (an airliner flies at ten thousand), and what no angle or logarithm is uncertain by.

@@ -1,4 +1,4 @@
-"""Focal lengths of published photos: what is expected of one that says nothing."""
+"""Focal lengths of published photos: what is expected of a photo without any evidence."""
 
 from __future__ import annotations
 

@@ -18,7 +18,7 @@ class FocalRequest:
     focal_mm with sensor_mm (width, height of the sensor in millimetres), focal_35mm, or focal_px; sensor_mm alone
     goes with each photo's own focal length. assume_fov_deg is the field of view, across the photo's long side, to
     assume where nothing else is known. camera_table: what is known of single photos or cameras, which comes before
-    the rest. assume: whether a photo that nothing tells the focal length of is taken for one as published photos are,
+    the rest. assume: whether a photo of unknown focal length is taken for one as published photos are,
     with an interval to match; without it such a photo has no distances.
 
     Raises SettingsError where two statements contradict each other or a value is not positive.
@@ -48,7 +48,7 @@ class FocalRequest:
             if not _are_sides(self.sensor_mm):
                 raise SettingsError(f"--sensor-mm is {self.sensor_mm!r}: it must be two positive numbers, WxH")
             if stated and "--focal-mm" not in stated:
-                raise SettingsError(f"--sensor-mm means nothing beside {next(iter(stated))}: leave one out")
+                raise SettingsError(f"--sensor-mm means nothing together with {next(iter(stated))}: leave one out")
         if self.assume_fov_deg is not None and not (
             _is_positive(self.assume_fov_deg) and 1 <= self.assume_fov_deg <= 170
         ):

@@ -1,6 +1,6 @@
 """Sensors that exist: their sizes, and how many pixels cameras have put on them.
 
-A focal plane resolution implies a sensor. One that nobody ever built says that the pixels are not those the camera
+A focal plane resolution implies a sensor. One that was never built shows that the pixels are not those the camera
 stored: the photo was made smaller since, or the tag is wrong.
 
 Sizes and the smallest and largest long sides are those of makers' data sheets from 1999 to 2024, as gathered in
@@ -76,12 +76,12 @@ SENSORS = (
     Sensor("1/3.6 inch", 4.0, 3.0, 2500, 3700),
     Sensor("1/4 inch", 3.6, 2.7, 600, 3700),
 )
-#: The most pixels along the long side that a maker has put on a 35 mm sensor, where that is less than anybody has.
+#: The most pixels along the long side that a maker has put on a 35 mm sensor, where that is less than any maker has.
 MOST_PX_ON_35MM = {"canon": 8800, "nikon": 8300, "panasonic": 8400, "pentax": 7400}
 
 
 def sensor_of(size_mm: tuple[float, float], size_px: tuple[float, float]) -> Sensor | None:
-    """Return the sensor whose whole picture has this size in millimetres and in pixels, None where nobody built it."""
+    """Return the sensor whose whole picture has this size in millimetres and in pixels, None where none was built."""
     long_mm, short_mm = max(size_mm), min(size_mm)
     found = (s for s in SENSORS if s.holds(long_mm, short_mm) and _may_have(s, max(size_px) / long_mm))
     return next(found, None)

@@ -56,7 +56,7 @@ class FocalSource(StrEnum):
 
     @property
     def is_assumed(self) -> bool:
-        """Whether it is a guess: nobody measured it and nothing recorded it."""
+        """Whether it is a guess: neither measured nor recorded."""
         return self in (FocalSource.ASSUMED_EQUIVALENT, FocalSource.ASSUMED_FOV, FocalSource.ASSUMED_PRIOR)
 
     @property

@@ -31,7 +31,7 @@ class CameraRow:
 
     Lengths named _mm are millimetres; focal_px, focal_y_px, cx_px, cy_px are pixels of the upright full-size photo;
     k1, k2, p1, p2, k3 are OpenCV's; pitch_deg, roll_deg (degrees, a positive pitch looks down) and height_m above the
-    floor say where the camera is, each with its standard deviation or that of `Mount.stated`. line is the row's line in
+    floor are where the camera is, each with its standard deviation or that of `Mount.stated`. line is the row's line in
     the file.
     """
 
@@ -81,7 +81,7 @@ class CameraRow:
                 raise CameraError(f"{sd_name} stands without {name}")
             if (getattr(self, sd_name) or 0.0) < 0:
                 raise CameraError(f"{sd_name} is {getattr(self, sd_name):g}: a standard deviation is 0 or more")
-        _ = self.mount  # what it cannot be is said here
+        _ = self.mount  # raises for what it cannot be
 
     @property
     def distortion(self) -> tuple[float, float, float, float, float] | None:
@@ -92,7 +92,7 @@ class CameraRow:
 
     @property
     def mount(self) -> Mount | None:
-        """Where the camera is, or None where the row says nothing of it."""
+        """Where the camera is, or None where the row does not state it."""
         if self.pitch_deg is None and self.roll_deg is None and self.height_m is None:
             return None
         return Mount.stated(
@@ -103,7 +103,7 @@ class CameraRow:
         )  # fmt: skip
 
     def applies(self, name: str, make: str | None, model: str | None) -> bool:
-        """Tell whether the row applies to a photo of that name from a camera of that make and model."""
+        """Return whether the row applies to a photo of that name from a camera of that make and model."""
         path = name.replace("\\", "/")
         if self.photo and not any(_matches(self.photo, p) for p in (path, path.rpartition("/")[2])):
             return False

@@ -1,7 +1,7 @@
 """The focal length of a photo that nothing states: what published photos have, weighed with its lines and people.
 
-Each kind of evidence is believed only so far (`trust`): the posterior is the prior times a mixture of what it says and
-of nothing. Where the interval stays wide, what is left is an assumption, and is marked as one.
+Each kind of evidence is believed only so far (`trust`): the posterior is the prior times a mixture of its likelihood
+and of nothing. Where the interval stays wide, what is left is an assumption, and is marked as one.
 """
 
 from __future__ import annotations
@@ -26,8 +26,8 @@ from .sources import Doubt, Flag, FocalSource, Source
 
 #: Widest central 90 % interval that is an estimate, as high over low; a wider one is an assumption.
 WIDEST_RATIO = 1.3 / 0.7
-#: How far people are believed where they tell a focal length: their intervals of four hold half of the truths, of ten
-#: nine in ten (`benchmarks/accuracy/self_calibration.py --mocap`).
+#: How far people are believed where they determine a focal length: their intervals of four hold half of the truths, of
+#: ten nine in ten (`benchmarks/accuracy/self_calibration.py --mocap`).
 _PEOPLE_TRUST = 0.85
 #: An assumption's standard deviation grows by this: the fit is linear about one focal length, so wide a spread is not
 #: (`benchmarks/accuracy/unstated_focal.py`: without it, intervals hold 82 % of pairs).
@@ -51,18 +51,18 @@ class _Evidence:
 
     @property
     def likelihood(self) -> FloatArray:
-        """What it says as far as it is believed: a mixture of that, and of nothing."""
+        """Its likelihood as far as it is believed: a mixture of it and of no evidence."""
         return self.trust * self.said + (1 - self.trust)
 
 
 def without_statement(
     estimate: CameraEstimate, photo: Photo, people: People, segments_px: FloatArray | None, assume: bool
 ) -> CameraEstimate:
-    """Return an estimate that lacks a focal length with what lines, people and published photos tell of it.
+    """Return an estimate that lacks a focal length with one from lines, people and published photos.
 
-    segments_px: straight segments (N, 4) of the photo, None where nobody looked. assume: whether what published photos
-    have counts; without it the evidence must do alone, or the estimate stays without a camera. A field of view that may
-    be assumed gives way to an estimate, and goes before any other assumption.
+    segments_px: straight segments (N, 4) of the photo, None where they were not looked for. assume: whether what
+    published photos have counts; without it the evidence must do alone, or the estimate stays without a camera. A field
+    of view that may be assumed gives way to an estimate, and goes before any other assumption.
     """
     frame = frame_of(photo.width, photo.height, photo.metadata)
     pieces = _pieces(photo, frame, people, segments_px)
@@ -141,7 +141,7 @@ def _information(prior: FloatArray, likelihood: FloatArray) -> float:
 def _pieces(
     photo: Photo, frame: Frame, people: People, segments_px: FloatArray | None
 ) -> list[_Evidence | Testimony]:  # fmt: skip
-    """Return what there is of evidence, or why a kind of it says nothing."""
+    """Return the evidence that there is, or why a kind of it is missing."""
     unit = frame.diagonal_px / FULL_FRAME_DIAGONAL_MM
     pieces: list[_Evidence | Testimony] = []
     if segments_px is not None:

@@ -5,9 +5,9 @@ them: a resize whose writer renews the stored size, a raw developer that keeps t
 it, by any factor. The 35 mm equivalent and the crop factor speak of the whole picture: a crop breaks both. So
 
 1. answers that agree win against one that does not, whatever their order;
-2. the resolution alone must imply a sensor that somebody built, seen through a lens that somebody made;
+2. the resolution alone must imply a sensor that was built, seen through a lens that was made;
 3. against the equivalent or the crop factor it stands only where the stored size, being another than the file's, ties
-   the pixels to such a sensor, or where the file's shape says that it is a crop;
+   the pixels to such a sensor, or where the file's shape shows that it is a crop;
 4. the interval holds every answer that stays possible, and a flag names each that was set aside, and why.
 """
 
@@ -40,7 +40,7 @@ _AGREE = 0.05
 _CROP_MODES = (1.2, 1.3, 1.5, 1.6, 1.7, 2.0)
 _CROP_MODE_TOLERANCE = 0.035
 #: A crop to the sensor's own shape leaves no trace where its metadata were rewritten. Larger cuts are the rarer story:
-#: few people throw away 60 % of the picture and keep its shape, and everybody makes photos smaller.
+#: few people throw away 60 % of the picture and keep its shape, while most photos are made smaller.
 _LIKELY_CROP = 1.6
 #: Pixels along the long side: of today's cameras with a sensor wider than 13 mm, and of compact cameras since a year.
 _LARGE_MM, _LARGE_SENSORS_PX = 13.0, 4900
@@ -76,7 +76,7 @@ class Verdict:
         return replace(self, flags=(*self.flags, flag))
 
     def setting_aside(self, plane: Candidate, reason: str) -> Verdict:
-        """Return the verdict with a flag that says why the focal plane resolution is not believed."""
+        """Return the verdict with a flag on why the focal plane resolution is not believed."""
         return replace(self.against(plane, reason), why="the focal plane resolution does not fit, and is set aside")
 
 
@@ -142,7 +142,7 @@ class _Implied:
 
 
 def _without_plane(photo: Photo, tag: Candidate | None, body: Candidate | None, frame: Frame) -> Verdict | None:
-    """Return what the 35 mm equivalent and the crop factor say, which speak of the whole picture."""
+    """Return the verdict of the 35 mm equivalent and the crop factor, which are about the whole picture."""
     if tag is None or body is None:
         one = tag or body
         return None if one is None else Verdict(one, frame, "the only evidence")

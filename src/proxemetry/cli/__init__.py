@@ -1,6 +1,6 @@
 """The command line: one module a command, each a thin face that parses, calls the library and writes.
 
-Exit codes: 0 done; 1 done, but some photos failed (each has a row that says why); 2 nothing could be done (one line
+Exit codes: 0 done; 1 done, but some photos failed (each has a row with the reason); 2 nothing could be done (one line
 on stderr: what, where, what to do).
 """
 
@@ -18,7 +18,7 @@ from typing import NoReturn
 from ..errors import ProxemetryError, SettingsError
 from ..version import __version__
 
-#: Command -> what `--help` says of it. Module `cli.COMMAND` has `configure(parser)` and `run(args) -> exit code`.
+#: Command -> its line of `--help`. Module `cli.COMMAND` has `configure(parser)` and `run(args) -> exit code`.
 COMMANDS: dict[str, str] = {
     "measure": "measure how far apart the people in photos stand",
     "calibrate": "find where a fixed camera is, once, for all its photos: from points, lengths or the people",
@@ -31,7 +31,7 @@ COMMANDS: dict[str, str] = {
     "report": "write one self-contained page on a results folder",
     "review": "look through the photos in the browser and correct what is wrong",
     "models": "list, fetch and check the networks that find people",
-    "doctor": "check this installation, or what photos say about their camera and what is missing",
+    "doctor": "check this installation, or what photos state about their camera and what is missing",
 }
 
 DONE, SOME_FAILED, NOTHING_DONE = 0, 1, 2
@@ -44,9 +44,9 @@ class _Parser(argparse.ArgumentParser):
     """A parser whose refusals are one line: the usage of a command with thirty options buries what was wrong."""
 
     def error(self, message: str) -> NoReturn:
-        """Say what was wrong and where help is, and leave with exit code 2."""
-        said = message.removeprefix("argument ")
-        self.exit(NOTHING_DONE, f"{self.prog}: {said}; `{self.prog} --help` explains\n")
+        """Print what was wrong and where help is, and leave with exit code 2."""
+        problem = message.removeprefix("argument ")
+        self.exit(NOTHING_DONE, f"{self.prog}: {problem}; `{self.prog} --help` explains\n")
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -109,7 +109,7 @@ def end_as_by_ctrl_c() -> None:
     import threading
 
     if threading.current_thread() is not threading.main_thread():
-        return  # whoever runs a command beside other work minds the signals
+        return  # a program that runs a command in a thread handles the signals itself
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     hang_up = getattr(signal, "SIGHUP", None)
     if hang_up is not None and signal.getsignal(hang_up) != signal.SIG_IGN:  # nohup means it
@@ -142,7 +142,7 @@ def _run(arguments: list[str]) -> int:
     if args.print_completion is not None:
         return _print_completion(parser, args.print_completion)
     if args.command is None and sys.stdout.isatty() and importlib.util.find_spec("uvicorn") is not None:
-        return _run(["review"])  # somebody at a screen: the page on which photos are dropped and folders measured
+        return _run(["review"])  # a user at a screen: the page on which photos are dropped and folders measured
     if args.command is None:
         parser.print_help(sys.stderr)
         return NOTHING_DONE

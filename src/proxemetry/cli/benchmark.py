@@ -23,7 +23,7 @@ HOW = """KORTE is 96 photographs of people at measured places. The photos and la
 
 1. Open https://doi.org/10.23729/b2ea87e6-b845-46b8-abf3-cdbe299ce8b0 and download the photos and the three label
    files (body_pixel_locations.csv, ground_truth_locations.csv, camera_locations_photoshoot_identifiers.csv).
-2. Put the label files into one folder, say korte/labels, and the photos into another, say korte/photos.
+2. Put the label files into one folder, for example korte/labels, and the photos into another, korte/photos.
 3. Check the labels:        proxemetry score --check korte/labels
 4. Run and score:           proxemetry benchmark --images korte/photos --labels korte/labels --out korte/run
    The same command again goes on where it was stopped.

@@ -25,13 +25,13 @@ _EXAMPLES = """examples:
   proxemetry calibrate clip.mp4 --out camera.json                          from the people in it, 30 or more of them
   proxemetry calibrate photos --length 120,540,610,530,6.2 --out camera.json   from the people and a taped line
   proxemetry calibrate frame.jpg --height-m 7 --pitch-deg 16.5 --out camera.json   what is known of it already
-  proxemetry calibrate drone.jpg --out camera.json                         a drone's photo says where it was taken
+  proxemetry calibrate drone.jpg --out camera.json                         a drone's photo states where it was taken
 
 points.csv has the columns u_px,v_px,x_m,y_m: pixels of the upright full-size picture, metres on the floor from any
-corner you like. Beside camera.json a picture is written with the floor's metre grid and the horizon: look whether they
+corner you like. Next to camera.json a picture is written with the floor's metre grid and the horizon: look whether they
 lie right. Then: proxemetry measure photos --out results --mount camera.json
 """
-#: How well the principal point of a camera is known that nobody calibrated, of the picture's long side.
+#: How well the principal point of an uncalibrated camera is known, of the picture's long side.
 PRINCIPAL_REL_SD = 0.01
 
 
@@ -39,9 +39,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
     """Add this command's options."""
     parser.epilog = _EXAMPLES
     parser.add_argument("paths", nargs="*", metavar="PATH", help="photos of the camera, folders of them, or a clip")
-    parser.add_argument("--out", required=True, metavar="CAMERA.json", help="the mount; beside it a picture (.png)")
+    parser.add_argument("--out", required=True, metavar="CAMERA.json", help="the mount; next to it a picture (.png)")
     parser.add_argument("--size", type=_size, metavar="WxH", help="pixels of the photos, where none is given")
-    known = parser.add_argument_group("what is known (without any of it: the people tell)")
+    known = parser.add_argument_group("what is known (without any of it: from the people)")
     known.add_argument("--points", metavar="FILE.csv", help="points of the floor: u_px,v_px,x_m,y_m, four or more")
     known.add_argument(
         "--length", action="append", metavar="U,V,U,V,M", default=[], help="a taped line on the floor; repeat it"
@@ -194,9 +194,9 @@ def _with_lengths(
 
     lengths = [Length.parsed(text) for text in args.length]
     mount, away = with_lengths(mount, lengths, args.click_sd_px, args.tape_sd_m)
-    said = [f"length {k}: {length.metres:g} m, comes out at {length.metres - off:.2f} m"
+    results = [f"length {k}: {length.metres:g} m, comes out at {length.metres - off:.2f} m"
             for k, (length, off) in enumerate(zip(lengths, away, strict=True), 1)]  # fmt: skip
-    return mount, [*notes, *said], distances, np.concatenate([length.ends_px for length in lengths])
+    return mount, [*notes, *results], distances, np.concatenate([length.ends_px for length in lengths])
 
 
 def _drone(picture: Picture, lens: Camera | None) -> Mount | None:
@@ -208,7 +208,7 @@ def _drone(picture: Picture, lens: Camera | None) -> Mount | None:
 
 
 def _picture(args: argparse.Namespace) -> Picture:
-    """Return the first photo or frame; raises SettingsError where there is nothing to tell the size."""
+    """Return the first photo or frame; raises SettingsError where there is none."""
     for photo in first_photos(args.paths):
         return Picture(photo, photo.width, photo.height)
     if args.pose.startswith("recorded:"):

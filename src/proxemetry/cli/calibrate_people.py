@@ -23,7 +23,7 @@ from .named_pictures import CLIPS, FPS, MOST_FRAMES, first_photos, frames_of
 
 
 def people_fit(args: argparse.Namespace, camera: Camera, focal_known: bool) -> PeopleFit:
-    """Return the camera that the people tell; raises SettingsError where there are no photos of them."""
+    """Return the camera that the people determine; raises SettingsError where there are no photos of them."""
     stream = _seen(args, backend_named(args.pose), camera)
     first = next(stream, None)
     if first is None:
@@ -37,7 +37,7 @@ def people_fit(args: argparse.Namespace, camera: Camera, focal_known: bool) -> P
 def _of_photos(
     photos: Iterable[tuple[float | None, People]], camera: Camera, focal_known: bool, different_people: bool
 ) -> PeopleFit:
-    """Return what photos tell that do not follow each other: nobody knows who is in two of them."""
+    """Return the camera from photos that do not follow each other: who is in two of them is unknown."""
     gathered, met = Gathered(), 0
     for _, people in photos:
         gathered.add(people, range(met, met + len(people)))
@@ -46,7 +46,7 @@ def _of_photos(
 
 
 def of_frames(frames: list[tuple[float, People]], camera: Camera, focal_known: bool) -> PeopleFit:
-    """Return what frames tell that follow each other.
+    """Return the camera from frames that follow each other.
 
     People are followed by their boxes first. Where the focal length is known, the camera that they tell is good enough
     to follow them over the floor, which loses fewer of them behind others, and they are asked again.
@@ -57,7 +57,7 @@ def of_frames(frames: list[tuple[float, People]], camera: Camera, focal_known: b
         return fit
     try:
         return _of_people_followed(seen, followed(seen, times, fit.mount), camera, focal_known)
-    except CameraError:  # nobody could be followed so
+    except CameraError:  # no person could be followed so
         return fit
 
 

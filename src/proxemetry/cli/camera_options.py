@@ -32,7 +32,7 @@ def add_camera_options(parser: argparse.ArgumentParser) -> None:
     )
     group.add_argument(
         "--no-assume", action="store_true",
-        help="no distances where nothing tells the focal length, instead of what published photos have, marked",
+        help="no distances where the focal length is unknown, instead of a marked guess by published photos",
     )  # fmt: skip
     group.add_argument("--camera-table", metavar="FILE", help="CSV of what is known of single photos or cameras")
 

@@ -1,4 +1,4 @@
-"""`proxemetry doctor`: what each photo tells of its camera, and what it leaves out; without photos, of this machine.
+"""`proxemetry doctor`: what each photo states about its camera, and what it lacks; without photos, of this machine.
 
 No network is run unless `--pose` names one.
 """
@@ -79,7 +79,7 @@ def run(args: argparse.Namespace) -> int:
         print(listing.passed_over)
     print(f"{len(listing.names)} photos: {tally}")
     if tally.failed == len(listing.names):
-        print("proxemetry: none of the photos can be read; the lines above say why", file=sys.stderr)
+        print("proxemetry: none of the photos can be read; see the lines above", file=sys.stderr)
         return NOTHING_DONE
     return SOME_FAILED if tally.failed else DONE
 

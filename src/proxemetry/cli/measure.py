@@ -30,7 +30,7 @@ _EXAMPLES = """examples:
 
 The same command again goes on where it was stopped, and measures what was added. Results: DIR/photos.csv, people.csv
 and pairs.csv (also as Parquet), DIR/scenes/, DIR/run.json, DIR/overlays/. Exit codes: 0 done; 1 done, but some photos
-failed (their rows say why); 2 nothing could be done.
+failed (their rows have the reason); 2 nothing could be done.
 """
 
 
@@ -62,23 +62,23 @@ def _add_method(parser: argparse.ArgumentParser) -> None:
         "--device", default="cpu", choices=DEVICES, help="what the networks of ONNX back ends run on (default: cpu)"
     )
     group.add_argument("--flip", action="store_true", help="detect each person in the mirrored photo too, and average")
-    told = LocateSettings()
+    defaults = LocateSettings()
     group.add_argument(
         "--method", default=DEFAULT_METHOD, choices=METHODS, action=Once,
-        help="scene: one fit of everybody, the floor and the camera; the others are the paper's, for comparison "
+        help="scene: one fit of all people, the floor and the camera; the others are the paper's, for comparison "
         f"(default: {DEFAULT_METHOD})",
     )  # fmt: skip
     group.add_argument(
-        "--body-size", default=told.body_size, choices=BODY_SIZES,
-        help=f"body sizes to expect; mixed: adults and some children (default: {told.body_size})",
+        "--body-size", default=defaults.body_size, choices=BODY_SIZES,
+        help=f"body sizes to expect; mixed: adults and some children (default: {defaults.body_size})",
     )  # fmt: skip
     group.add_argument(
         "--child-weight", type=number, metavar="SHARE",
-        help=f"share of children where --body-size is mixed (default: {told.child_weight:g})",
+        help=f"share of children where --body-size is mixed (default: {defaults.child_weight:g})",
     )  # fmt: skip
     group.add_argument(
-        "--floor", default=told.floor, choices=FLOORS,
-        help=f"shared: one level floor for all, except people marked off-floor in a review (default: {told.floor})",
+        "--floor", default=defaults.floor, choices=FLOORS,
+        help=f"shared: one level floor for all, except people marked off-floor in a review (default: {defaults.floor})",
     )  # fmt: skip
     group.add_argument(
         "--quirks", type=_names, default=frozenset[str](), metavar="A,B",
@@ -132,7 +132,7 @@ def run(args: argparse.Namespace) -> int:
         raise SettingsError(f"--safe-distance {args.safe_distance}: it must be a positive number of metres")
     if args.focal_mm is not None and args.sensor_mm is None:
         print(
-            "proxemetry: --focal-mm says nothing about photos whose file does not tell the sensor: add --sensor-mm "
+            "proxemetry: --focal-mm is of no use for photos whose file does not state the sensor: add --sensor-mm "
             "WxH, or state --focal-35mm F instead",
             file=sys.stderr,
         )
@@ -178,7 +178,7 @@ def _finish(args: argparse.Namespace, outcome: Outcome) -> int:
         left = outcome.n_shards - outcome.finished
         print(
             f"{args.out}: {outcome.measured.photos} photos measured; {left} of {outcome.n_shards} parts are still to "
-            "come from the other shards; whoever finishes last writes the tables",
+            "come from the other shards; the last one to finish writes the tables",
             file=sys.stderr,
         )
         return SOME_FAILED if outcome.measured.failed else DONE
@@ -187,7 +187,7 @@ def _finish(args: argparse.Namespace, outcome: Outcome) -> int:
         _draw(results, args)
     failed = print_results(results)
     if failed == outcome.photos and outcome.photos:
-        print(f"proxemetry: {args.out}: none of the photos could be read; their rows say why", file=sys.stderr)
+        print(f"proxemetry: {args.out}: none of the photos could be read; their rows have the reason", file=sys.stderr)
         return NOTHING_DONE
     _print_what_next(args)
     return SOME_FAILED if failed else DONE

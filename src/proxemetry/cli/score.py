@@ -63,7 +63,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _doubt(score: Score) -> str | None:
-    """Return what looks like a slip in a whole file, so that nobody takes its score for a method's."""
+    """Return what looks like a mistake in a whole file, so that its score is not taken for a method's."""
     bias = score.overall.signed_bias_pct
     if bias < _BIAS_OF_METRES_PCT:
         return "every distance is about a thousandth of the true one: positions and distances are millimetres"

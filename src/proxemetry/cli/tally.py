@@ -34,7 +34,9 @@ def print_results(results: Results) -> int:
     if counts.untold:
         print(_UNTOLD.format(counts.untold))
     if counts.no_camera:
-        print(f"\n{WHAT_TO_STATE}\n`reason` in photos.csv says what each photo lacks. With another statement, measure")
+        print(
+            f"\n{WHAT_TO_STATE}\n`reason` in photos.csv states what each photo lacks. With another statement, measure"
+        )
         print("again with --restart or another --out.\n")
     print(f"tables in {folder.location}: photos, people and pairs as CSV and Parquet")
     return counts.failed

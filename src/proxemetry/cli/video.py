@@ -29,7 +29,7 @@ from .progress import Reporter
 
 _EXAMPLES = """examples:
   proxemetry video square.mp4 --out results --mount CAMERA.json
-  proxemetry video square.mp4 --out results --focal-35mm 26          the camera's place is told by the people
+  proxemetry video square.mp4 --out results --focal-35mm 26          the camera's place from the people
   proxemetry video a.mp4 b.mp4 --out results --within 1.5 2 --fps 2  a folder each
   proxemetry video timelapse --out results --mount CAMERA.json       a folder of pictures of one fixed camera
   proxemetry video top.mp4 --out results --mount CAMERA.json --detections boxes.txt
@@ -66,8 +66,8 @@ def _add_people(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     group.add_argument("--effort", default="normal", choices=EFFORTS, help="how hard people are looked for")
     group.add_argument("--device", default="cpu", choices=DEVICES, help="what the networks run on (default: cpu)")
-    told = LocateSettings()
-    group.add_argument("--body-size", default=told.body_size, choices=BODY_SIZES, help="whose body lengths hold")
+    defaults = LocateSettings()
+    group.add_argument("--body-size", default=defaults.body_size, choices=BODY_SIZES, help="whose body lengths hold")
 
 
 def _add_questions(parser: argparse.ArgumentParser) -> None:

@@ -1,1 +1,1 @@
-"""What the people in a photo tell of its focal length (self-calibration)."""
+"""The focal length from the people in a photo (self-calibration)."""

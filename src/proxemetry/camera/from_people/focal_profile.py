@@ -1,4 +1,4 @@
-"""What upright people say of every focal length: the best camera at each, and the marginal posterior along them.
+"""Every focal length given upright people: the best camera at each, and the marginal posterior along them.
 
 Cameras are fitted many at a time: rows of arrays differ in focal length, scatter and start.
 """
@@ -53,7 +53,7 @@ class Pose:
         return moved
 
     def explains(self, segments: Segments) -> NDArray[np.bool_]:
-        """Return who stands as this camera would show somebody upright, shape (N,)."""
+        """Return who stands as this camera would show an upright person, shape (N,)."""
         return distances_of(segments, self.log_f, self.parameters, self.scatter) < _INLIER
 
 
@@ -85,7 +85,7 @@ class Profile:
 
     @property
     def log_likelihood(self) -> FloatArray:
-        """What people say of each focal length, whatever their scatter, shape (G,): a log density up to a constant."""
+        """The log density of each focal length given the people, over all scatters, shape (G,), up to a constant."""
         least = self.costs.min()
         return np.log(np.exp(least - self.costs).sum(axis=0) + 1e-300) - least
 
@@ -165,7 +165,7 @@ def _profile(segments: Segments, log_f: FloatArray, starts: FloatArray) -> Profi
 
 @dataclass(frozen=True)
 class _Fit:
-    """What people say of G cameras: the cost (negative log posterior), shape (G,), and how it goes down.
+    """G cameras given the people: the cost (negative log posterior), shape (G,), and how it goes down.
 
     hessian: shape (G, 5, 5), Gauss and Newton's, reweighted. slope: shape (G, 5).
     """

@@ -1,12 +1,12 @@
-"""The focal length from the people themselves, for photos that say nothing of their camera.
+"""The focal length from the people themselves, for photos whose files state nothing about their camera.
 
 Upright people on one floor are verticals of nearly one length. Where they converge lies the vertical vanishing point,
 where their size would shrink to nothing the horizon, and the two lie f^2 apart as seen from the principal point (on
 either side of it). A level camera has the one at infinity and the other in the middle: then every focal length fits,
-and this module says so.
+and then there is no answer.
 
 RANSAC over triples of people with a direct linear solution finds who stands upright; the posterior of the focal
-length then takes in everybody, with statures that differ, people who lean, noise of the keypoints and a principal
+length then uses all people, with statures that differ, people who lean, noise of the keypoints and a principal
 point that is not quite in the middle.
 """
 
@@ -38,11 +38,11 @@ _TOO_FEW_AGREE = "fewer than 3 people agree on how the camera looks"
 
 @dataclass(frozen=True, eq=False)
 class FocalPosterior:
-    """What people say of the focal length.
+    """The focal length as the people determine it.
 
     f_px, low_px, high_px: median and central 90 % interval. log_sd: standard deviation of its logarithm.
     pitch_rad: of the camera, positive where it looks down. upright: shape (P,), who supports it. log_f, log_likelihood:
-    the logarithm of focal lengths in pixels, shape (G,), rising, and what the people say of each.
+    the logarithm of focal lengths in pixels, shape (G,), rising, and the log likelihood of each given the people.
     """
 
     f_px: float
@@ -56,11 +56,11 @@ class FocalPosterior:
 
 
 def calibrate(people: People, width: int, height: int) -> CameraEstimate:
-    """Return the camera that people in a photo of `width` x `height` pixels tell of, or the reason why they do not.
+    """Return the camera that people in a photo of `width` x `height` pixels determine, or the reason why they do not.
 
     It takes three or more upright people with feet and head or shoulders in view, and a camera that looks down (or
     up) at them by some five degrees or more. The estimate's camera is None where the interval of the focal length is
-    wider than `WIDEST`; the candidate then still says what was found.
+    wider than `WIDEST`; the candidate then still holds what was found.
     """
     posterior = focal_posterior(people, width, height)
     if isinstance(posterior, str):

@@ -26,7 +26,7 @@ LEAN_SD = 0.02
 _EYES_ABOVE_ANKLE, _SHOULDERS_ABOVE_ANKLE = 0.895, 0.775
 _PRINCIPAL_SD = 0.005  # of the long side, for a photo that is no crop
 _EACH_AXIS = np.eye(2)[:, :, None, None]
-#: Where the top of somebody is taken to be whom no camera shows: far out of the photo.
+#: Where the top of a person whom no camera shows is taken to be: far out of the photo.
 _NOWHERE = 10.0
 
 
@@ -78,7 +78,7 @@ def segments_of(people: People, width: int, height: int) -> Segments:
 
 
 def _straight(people: People) -> NDArray[np.bool_]:
-    """Tell who is not seen to be bent: shoulders, hips, knees and ankles lie nearly on a line, as far as seen."""
+    """Return who is not seen to be bent: shoulders, hips, knees and ankles lie nearly on a line, as far as seen."""
     straight = np.ones(len(people), dtype=bool)
     for side in ("left", "right"):
         chain = np.stack([people.joint(f"{side}_{joint}") for joint in ("shoulder", "hip", "knee", "ankle")])
@@ -172,7 +172,7 @@ def residuals_of(
 
 
 def distances_of(segments: Segments, log_f: float, parameters: FloatArray, scatter: float) -> FloatArray:
-    """Return everybody's squared Mahalanobis distance from where one camera would show them, shape (N,)."""
+    """Return each person's squared Mahalanobis distance from where one camera would show them, shape (N,)."""
     white, _ = residuals_of(segments, np.array([log_f]), parameters[None], np.array([scatter]))
     return (white[0, :, 0] ** 2).sum(axis=0)
 
@@ -182,7 +182,7 @@ def direct_solutions(segments: Segments, rows: NDArray[np.intp]) -> tuple[FloatA
 
     Return log f and parameters, shapes (S,) and (S, 5), of the S <= T groups that leave a camera, in their order.
     Each top is where the foot's point and the vertical vanishing point z mix: d t = e b + l z, with e the foot's
-    depth in statures (Fei et al., ICCV 2021). t x (e b + l z) = 0 is linear in z and all e. The floor then says
+    depth in statures (Fei et al., ICCV 2021). t x (e b + l z) = 0 is linear in z and all e. The floor then gives
     z_1 b_1 / f^2 + z_2 b_2 / f^2 + z_3 = c / e, which is linear in 1 / f^2 and c.
     """
     groups, count = rows.shape
