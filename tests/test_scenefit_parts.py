@@ -11,6 +11,7 @@ from proxemetry.locate.scenefit import fit as joint_fit
 from proxemetry.locate.scenefit import locate, shared_prior, solver
 from proxemetry.locate.scenefit.alternatives import Explanations, leave_one_out
 from proxemetry.locate.scenefit.body_model import body_model
+from proxemetry.locate.scenefit.contradiction import misfit
 from proxemetry.locate.scenefit.evidence import evidence_of
 from proxemetry.locate.scenefit.hypotheses import keypoint_precision, log_evidence
 from proxemetry.locate.scenefit.posterior import _TWIST_SD, _covariance, _merged_spread, _modes
@@ -24,7 +25,7 @@ from proxemetry.locate.scenefit.projection import (
     PITCH,
     torso_position,
 )
-from proxemetry.locate.scenefit.solver import Fit, SharedPrior, schur_complement
+from proxemetry.locate.scenefit.solver import Fit, Place, SharedPrior, schur_complement
 from proxemetry.locate.scenefit.start import initialise
 from proxemetry.people import People
 from proxemetry.people.skeleton import COCO_17
@@ -44,21 +45,36 @@ def linear_fit(rows, seed=0):
     return Fit(local, np.zeros(N_SHARED), normal, prior_equations, np.zeros(rows), 0.0, np.ones((rows, 1)))
 
 
+def camera_of_all(fit, rows, prior):
+    """Return mean and covariance of the camera from these rows and a prior precision (N_SHARED,), all solved whole."""
+    size = len(rows) * N_LOCAL + N_SHARED
+    whole, right = np.zeros((size, size)), np.zeros(size)
+    whole[-N_SHARED:, -N_SHARED:] += np.diag(prior)
+    for at, (h, g) in enumerate(zip(fit.hessian[rows], fit.gradient[rows], strict=True)):
+        index = np.r_[at * N_LOCAL : (at + 1) * N_LOCAL, size - N_SHARED : size]
+        whole[np.ix_(index, index)] += h
+        right[index] += g
+    covariance = np.linalg.inv(whole)
+    return (covariance @ right)[-N_SHARED:], covariance[-N_SHARED:, -N_SHARED:]
+
+
 def test_what_the_others_say_is_what_is_left_without_oneself():
     fit = linear_fit(4)
     cavity = leave_one_out(fit)
     for k in range(4):
-        rest = np.arange(4) != k
-        size = 3 * N_LOCAL + N_SHARED  # everybody else and the camera, solved whole
-        whole, right = np.zeros((size, size)), np.zeros(size)
-        whole[-N_SHARED:, -N_SHARED:] += np.eye(N_SHARED)
-        for at, (h, g) in enumerate(zip(fit.hessian[rest], fit.gradient[rest], strict=True)):
-            index = np.r_[at * N_LOCAL : (at + 1) * N_LOCAL, size - N_SHARED : size]
-            whole[np.ix_(index, index)] += h
-            right[index] += g
-        covariance = np.linalg.inv(whole)
-        assert cavity.mean[k] == pytest.approx((covariance @ right)[-N_SHARED:])
-        assert np.linalg.inv(cavity.precision[k]) == pytest.approx(covariance[-N_SHARED:, -N_SHARED:])
+        mean, covariance = camera_of_all(fit, np.delete(np.arange(4), k), np.ones(N_SHARED))
+        assert cavity.mean[k] == pytest.approx(mean)
+        assert np.linalg.inv(cavity.precision[k]) == pytest.approx(covariance)
+
+
+def test_a_place_is_contradicted_in_units_of_what_people_and_place_leave_open_together():
+    fit, sd = linear_fit(3), np.ones(N_SHARED)
+    sd[PITCH] = np.inf
+    place = Place(np.array([PITCH]), np.array([0.5]), np.array([[0.2**-2]]))
+    # Student-t with 3 degrees of freedom at its middle, and Gaussians; of the pitch no more than a deviation of 1
+    mean, covariance = camera_of_all(fit, np.arange(3), [4 / 3, 4 / 3, 4 / 3, 1, 1, 1])
+    expected = abs(mean[PITCH] - 0.5) / np.sqrt(covariance[PITCH, PITCH] + 0.2**2)
+    assert misfit(fit, SharedPrior(np.zeros(N_SHARED), sd, place)) == pytest.approx(expected)
 
 
 def explanations(depths_m, precision=None, shared=None):
