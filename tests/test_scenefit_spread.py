@@ -10,27 +10,13 @@ import numpy as np
 import pytest
 
 from proxemetry.locate.scenefit import locate
+from proxemetry.locate.scenefit import projection as p
 from proxemetry.locate.scenefit.body_model import body_model
 from proxemetry.locate.scenefit.evidence import evidence_of
 from proxemetry.locate.scenefit.hypotheses import _TURN_SD, body_types, keypoint_precision
 from proxemetry.locate.scenefit.posterior import _TWIST_SD
-from proxemetry.locate.scenefit.projection import (
-    DEPTH,
-    HEADING,
-    HEIGHT,
-    LOG_LENGTHS,
-    N_LOCAL,
-    N_SHARED,
-    PITCH,
-    POSTURE,
-    TURN,
-    BodyTables,
-    project,
-    torso_position,
-)
-from proxemetry.people import People
 from proxemetry.people.skeleton import COCO_17
-from synthetic.modelled import ADULTS, CAMERA
+from synthetic.modelled import ADULTS, CAMERA, camera_above, on_floor, people_of
 
 ACROSS = np.array([-0.45, -0.1, 0.2, 0.5, 0.05])
 DEPTHS_M = np.array([5.0, 7.0, 6.0, 9.0, 11.0])
@@ -44,29 +30,18 @@ def drawn(rng):
     """Return people, where they are, and where their trunks face."""
     model = body_model(COCO_17)
     (adults,) = body_types("adults", 0.05)
-    local, shared = np.zeros((COUNT, N_LOCAL)), np.zeros(N_SHARED)
-    local[:, 0], local[:, DEPTH], local[:, HEADING] = ACROSS, np.log(DEPTHS_M), HEADINGS
-    local[:, LOG_LENGTHS] = rng.multivariate_normal(adults.mean, np.linalg.inv(adults.precision), COUNT)
-    local[:, TURN] = rng.normal(0, _TURN_SD, COUNT)
-    local[:, POSTURE] = rng.normal(model.prior_mean[0], model.prior_sd[0], (COUNT, len(model.prior_mean[0])))
-    shared[PITCH], shared[HEIGHT] = 0.12, np.log(1.7)
-    bodies = BodyTables.of(model, np.zeros(COUNT, dtype=np.intp))
-    sole_m = rng.normal(0, np.hypot(0.04, 0.003 * DEPTHS_M))
-    for _ in range(6):  # the torso's point that puts the sole there, by Newton's method
-        seen = project(local, shared, bodies)
-        local[:, 1] -= (seen.floor - sole_m) / seen.equations[:, -1, 1]
-    keypoints = np.full((COUNT, len(COCO_17), 2), np.nan)
-    points = project(local, shared, bodies).points.transpose(0, 2, 1)
-    keypoints[:, model.columns] = points * CAMERA.f_px + (CAMERA.cx, CAMERA.cy)
-    people = People(COCO_17, keypoints, np.isfinite(keypoints).all(axis=-1) * 0.9)
-    scale = np.exp(local[:, LOG_LENGTHS.start] - local[:, DEPTH])
-    precision = keypoint_precision(evidence_of(people, CAMERA, model), model, scale)
-    sd_px = CAMERA.f_px / np.maximum(precision, 1e-9)[..., None]
-    noise = np.where(precision[..., None] > 0, rng.standard_normal(points.shape) * sd_px, 0.0)
-    noisy = keypoints.copy()
-    noisy[:, model.columns] += noise
+    local, shared = np.zeros((COUNT, p.N_LOCAL)), camera_above(1.7, 0.12)
+    local[:, 0], local[:, p.DEPTH], local[:, p.HEADING] = ACROSS, np.log(DEPTHS_M), HEADINGS
+    local[:, p.LOG_LENGTHS] = rng.multivariate_normal(adults.mean, np.linalg.inv(adults.precision), COUNT)
+    local[:, p.TURN] = rng.normal(0, _TURN_SD, COUNT)
+    local[:, p.POSTURE] = rng.normal(model.prior_mean[0], model.prior_sd[0], (COUNT, len(model.prior_mean[0])))
+    local, joints = on_floor(local, shared, rng.normal(0, np.hypot(0.04, 0.003 * DEPTHS_M)))
+    scale = np.exp(local[:, p.LOG_LENGTHS.start] - local[:, p.DEPTH])
+    precision = keypoint_precision(evidence_of(people_of(joints), CAMERA, model), model, scale)
+    sd = 1 / np.maximum(precision, 1e-9)[..., None]
+    noise = np.where(precision[..., None] > 0, rng.standard_normal(joints.shape) * sd, 0.0)
     trunks = HEADINGS + rng.normal(0, _TWIST_SD, COUNT)
-    return replace(people, keypoints_px=noisy, boxes_px=np.zeros(0)), torso_position(local, shared), trunks
+    return people_of(joints + noise), p.torso_position(local, shared), trunks
 
 
 def measured(seed, times, stated_sd=None):
