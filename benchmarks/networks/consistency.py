@@ -32,7 +32,7 @@ from proxemetry.locate import LocateSettings, method_named
 from proxemetry.people import People, PoseBackend
 from proxemetry.photo import EXTENSIONS, Photo, RGBArray
 from proxemetry.pose import PoseOptions, available, backend_named
-from proxemetry.pose.cross_check import _closeness  # pyright: ignore[reportPrivateUsage]
+from proxemetry.pose.confirmation import closeness
 
 FloatArray = NDArray[np.float64]
 
@@ -170,7 +170,7 @@ def same_people(first: People, second: People) -> list[tuple[int, int]]:
     """Return rows of the same person in two looks, each other's nearest."""
     if not len(first) or not len(second):
         return []
-    near = _closeness(first, second)
+    near = closeness(first, second)
     best = near.argmax(axis=1)
     return [
         (row, int(column))

@@ -20,7 +20,7 @@ from proxemetry.people import People, PoseBackend
 from proxemetry.people.keypoint_noise import apparent_stature_px
 from proxemetry.people.skeleton import COCO_17
 from proxemetry.photo import Photo
-from proxemetry.pose.cross_check import _closeness  # pyright: ignore[reportPrivateUsage]
+from proxemetry.pose.confirmation import closeness
 
 FloatArray = NDArray[np.float64]
 
@@ -130,7 +130,7 @@ def matched(photo: str, labelled: People, seen: People) -> list[Pair]:
     """Return the labelled people of one photo whom a back end saw, each other's nearest."""
     if not len(seen):
         return []
-    near, statures = _closeness(labelled, seen), apparent_stature_px(labelled)
+    near, statures = closeness(labelled, seen), apparent_stature_px(labelled)
     best = near.argmax(axis=1)
     return [
         Pair(photo, labelled, row, seen, int(column), float(statures[row]))

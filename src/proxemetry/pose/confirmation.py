@@ -24,7 +24,7 @@ def confirmed_by_people(people: People, others: People) -> People:
     Two skeletons agree where the joints that both have lie near each other on average, relative to the smaller one's
     size; skeletons that share no joint do not.
     """
-    return people[_paired(_closeness(people, others))]
+    return people[_paired(closeness(people, others))]
 
 
 def confirmed_by_boxes(people: People, boxes_px: FloatArray) -> People:
@@ -42,7 +42,7 @@ def confirmed_by_boxes(people: People, boxes_px: FloatArray) -> People:
     return people[_paired(np.where(share >= _LEAST_INSIDE, share, 0.0))]
 
 
-def _closeness(people: People, others: People) -> FloatArray:
+def closeness(people: People, others: People) -> FloatArray:
     """Return how near each skeleton is to each of the others, shape (P, Q): 1 on the same spot, 0 beyond reach."""
     names = list({**dict.fromkeys(people.skeleton.joints), **dict.fromkeys(MIDDLES)})
     ours = np.stack([people.joint(name) for name in names], axis=1)
