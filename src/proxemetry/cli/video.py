@@ -211,7 +211,8 @@ def _print(numbers: dict[str, Any], args: argparse.Namespace) -> None:
         print(f"  {note}")
     moved = [s for s in numbers["shots"] if s["began"] == "camera moved"]
     if moved:
-        print(f"  the camera was moved {len(moved)} times; see the column shot")
+        often = "once" if len(moved) == 1 else f"{len(moved)} times"
+        print(f"  the camera was moved {often}; see the column shot of frames.csv")
     key, words = ("pair_seconds_apart", "not of one group") if args.groups == "apart" else ("pair_seconds", "all pairs")
     for limit, found in numbers["within_m"].items():
         value = found[key]

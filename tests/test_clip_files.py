@@ -1,0 +1,194 @@
+"""Clips as they come: odd, broken, cut, bumped and in pictures; each is measured or is one clear line."""
+
+import csv
+import json
+import struct
+import wave
+from fractions import Fraction
+
+import cv2
+import numpy as np
+import pytest
+from PIL import Image
+
+from proxemetry.cli import main
+from proxemetry.clip.frames import open_clip
+from proxemetry.errors import ClipError
+from synthetic import clips
+
+STEP = 0.2
+
+
+def run(folder, clip, keypoints, out, *more):
+    return main([
+        "video", str(folder / clip), "--out", str(out), "--jobs", "0", "--detections",
+        f"recorded:{folder / keypoints}", *more,
+    ])  # fmt: skip
+
+
+def table(folder, name):
+    with (folder / f"{name}.csv").open(newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def names(clip, times):
+    return [f"{clip}#t={t:.3f}" for t in times]
+
+
+def filmed(path, pictures, rate=5.0, codec="MJPG"):
+    """Write pictures (H, W, 3) as a video."""
+    height, width = pictures[0].shape[:2]
+    writer = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*codec), rate, (width, height))
+    for picture in pictures:
+        writer.write(picture)
+    writer.release()
+    return path
+
+
+def picture(seed=0):
+    return clips.background((clips.WIDTH, clips.HEIGHT), seed)
+
+
+def test_frames_that_come_unevenly_have_their_own_times(tmp_path):
+    av = pytest.importorskip("av")
+    times = [0.0, 0.25, 0.283, 0.316, 1.0, 2.5, 2.6]
+    with av.open(str(tmp_path / "v.mp4"), "w") as output:
+        stream = output.add_stream("mpeg4", rate=30)
+        stream.width, stream.height, stream.pix_fmt = 640, 480, "yuv420p"
+        stream.codec_context.time_base = Fraction(1, 1000)
+        for t in times:
+            frame = av.VideoFrame.from_ndarray(picture(), format="rgb24")
+            frame.pts, frame.time_base = round(1000 * t), Fraction(1, 1000)
+            output.mux(stream.encode(frame))
+        output.mux(stream.encode(None))
+    assert [f.t_s for f in open_clip(tmp_path / "v.mp4", 60.0).frames()] == pytest.approx(times, abs=1e-3)
+    few = list(open_clip(tmp_path / "v.mp4", 4.0).frames())
+    assert [f.source for f in few] == [0, 1, 4, 5]  # never more than four a second, none made up
+    clips.mount().write(tmp_path / "camera.json")
+    still = np.broadcast_to([[0.0, 8.0], [0.9, 8.0]], (7, 2, 2))
+    clips.recorded(tmp_path / "v.json", names("v.mp4", times), still)
+    out = tmp_path / "out"
+    assert run(tmp_path, "v.mp4", "v.json", out, "--fps", "60", "--mount", str(tmp_path / "camera.json")) == 0
+    (pair,) = table(out, "exposure")
+    # both stood there all the time: from first to last, and half a usual step on either side
+    assert float(pair["seconds_together"]) == pytest.approx(2.6 + np.median(np.diff(times)), abs=0.01)
+    assert float(pair["seconds_within_2"]) == pytest.approx(float(pair["seconds_together"]), rel=0.02)
+
+
+def test_a_clip_filmed_upright_is_upright(tmp_path):
+    content = bytearray(filmed(tmp_path / "r.mp4", [picture()] * 3, codec="mp4v").read_bytes())
+    where = content.index(b"tkhd") + 44  # the track header's matrix: a quarter turn
+    quarter = (0, 1 << 16, 0, -(1 << 16), 0, 0, clips.HEIGHT << 16, 0, 1 << 30)
+    content[where : where + 36] = struct.pack(">9i", *quarter)
+    (tmp_path / "r.mp4").write_bytes(content)
+    clip = open_clip(tmp_path / "r.mp4", 5.0)
+    assert (clip.width, clip.height) == (clips.HEIGHT, clips.WIDTH)
+    frame = next(clip.frames())
+    assert (frame.photo.width, frame.photo.height) == (clips.HEIGHT, clips.WIDTH)
+    turned = np.rot90(picture(), -1).astype(float)
+    assert np.abs(frame.photo.pixels() - turned).mean() < 12
+
+
+def sound(path):
+    with wave.open(str(path), "wb") as file:
+        file.setnchannels(1)
+        file.setsampwidth(2)
+        file.setframerate(8000)
+        file.writeframes(bytes(16000))
+
+
+@pytest.mark.parametrize(
+    ("name", "make", "said"),
+    [
+        ("sound.wav", sound, "no video in it"),
+        ("none.avi", lambda path: _no_frames(path), "without a single"),
+        ("empty.mp4", lambda path: path.write_bytes(b""), "the file is empty"),
+        ("cut.mp4", lambda path: _beginning(path, 0.5), "no video in it"),
+        ("gone.mp4", lambda path: None, "no such file"),
+    ],
+)
+def test_what_holds_no_video_is_one_line(tmp_path, capsys, name, make, said):
+    make(tmp_path / name)
+    assert main(["video", str(tmp_path / name), "--out", str(tmp_path / "out"), "--jobs", "0"]) == 2
+    lines = capsys.readouterr().err.strip().splitlines()
+    assert len(lines) == 1 and name in lines[0] and said in lines[0]
+    assert not (tmp_path / "out" / "frames.csv").exists()
+
+
+def _no_frames(path):
+    cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*"MJPG"), 5.0, (64, 48)).release()
+
+
+def _beginning(path, share):
+    """An MP4 whose index, which comes last, is missing."""
+    content = filmed(path, [picture(k) for k in range(4)], codec="mp4v").read_bytes()
+    path.write_bytes(content[: int(len(content) * share)])
+
+
+def test_a_clip_that_was_cut_short_is_measured_as_far_as_it_goes(tmp_path):
+    content = filmed(tmp_path / "a.avi", [picture()] * 60).read_bytes()
+    (tmp_path / "a.avi").write_bytes(content[: len(content) // 2])
+    clips.recorded(tmp_path / "a.json", names("a.avi", np.arange(60) * STEP), clips.walkers(60, STEP)[:, 3:])
+    clips.mount().write(tmp_path / "camera.json")
+    out = tmp_path / "out"
+    assert run(tmp_path, "a.avi", "a.json", out, "--mount", str(tmp_path / "camera.json")) == 0
+    frames, numbers = table(out, "frames"), json.loads((out / "summary.json").read_text())
+    assert 20 < len(frames) < 40
+    assert len(frames) == 60 or any("of what its header says" in note for note in numbers["notes"])
+
+
+def test_a_cut_clip_is_two_shots_each_with_its_own_camera(tmp_path, capsys):
+    filmed(tmp_path / "c.avi", [picture(1)] * 15 + [picture(2)] * 15)
+    places = clips.walkers(30, STEP)
+    clips.recorded(tmp_path / "c.json", names("c.avi", np.arange(30) * STEP), places)
+    clips.mount().write(tmp_path / "camera.json")
+    out = tmp_path / "out"
+    assert run(tmp_path, "c.avi", "c.json", out, "--mount", str(tmp_path / "camera.json")) == 0
+    frames = table(out, "frames")
+    assert [f["shot"] for f in frames] == ["0"] * 15 + ["1"] * 15
+    assert {f["camera"] for f in frames[15:]} == {"1"}
+    numbers = json.loads((out / "summary.json").read_text())
+    assert numbers["cameras"]["0"] == "the camera's place is stated"
+    assert "people" in numbers["cameras"]["1"]  # the mount is the first camera's alone
+    for person in table(out, "people"):
+        assert float(person["from_s"]) >= 3 or float(person["to_s"]) < 3  # nobody is followed through a cut
+    assert all(float(e["end_s"]) <= 3.0 or float(e["begin_s"]) >= 2.9 for e in table(out, "events"))
+
+
+def test_a_bumped_camera_is_said(tmp_path, capsys):
+    moved = np.roll(picture(1), 14, axis=1)
+    filmed(tmp_path / "b.avi", [picture(1)] * 15 + [moved] * 15)
+    clips.recorded(tmp_path / "b.json", names("b.avi", np.arange(30) * STEP), clips.walkers(30, STEP))
+    clips.mount().write(tmp_path / "camera.json")
+    assert run(tmp_path, "b.avi", "b.json", tmp_path / "out", "--mount", str(tmp_path / "camera.json")) == 0
+    assert "the camera was moved once" in capsys.readouterr().out
+    assert "camera moved by 2." in (tmp_path / "out" / "report.html").read_text()
+
+
+def test_pictures_taken_minutes_apart_are_each_a_moment_of_its_own(tmp_path):
+    folder = tmp_path / "lapse"
+    folder.mkdir()
+    taken = ["10:00:00", "10:02:00", "10:04:00", "10:06:00"]
+    for k, clock in enumerate(taken):
+        image = Image.fromarray(picture())
+        exif = image.getexif()
+        exif.get_ifd(0x8769)[0x9003] = f"2024:05:01 {clock}"
+        image.save(folder / f"{9 - k}.jpg", exif=exif)  # their names run backwards: times decide
+    order = [f"lapse/{9 - k}.jpg" for k in range(4)]
+    clips.recorded(tmp_path / "l.json", order, clips.walkers(4, STEP)[:, 2:])
+    clips.mount().write(tmp_path / "camera.json")
+    out = tmp_path / "out"
+    assert run(tmp_path, "lapse", "l.json", out, "--mount", str(tmp_path / "camera.json")) == 0
+    frames, people = table(out, "frames"), table(out, "people")
+    assert [float(f["t_s"]) for f in frames] == [0, 120, 240, 360]
+    assert [f["n_people"] for f in frames] == ["2"] * 4
+    assert len(people) == 8  # nobody can be followed over two minutes
+    numbers = json.loads((out / "summary.json").read_text())
+    assert (numbers["people_at_least"], numbers["people_at_most"]) == (2, 8)
+    assert len(table(out, "exposure")) == 4
+    assert (out / "report.html").exists()
+
+
+def test_a_folder_without_pictures_is_one_line(tmp_path):
+    with pytest.raises(ClipError, match="no pictures in this folder"):
+        open_clip(tmp_path, 5.0)
