@@ -11,12 +11,19 @@ from ..archive.run.work import Job
 from ..archive.store.folder import OVERLAYS
 from ..archive.store.results import Results
 from ..errors import SettingsError
-from ..locate import BODY_SIZES, FLOORS, METHODS, QUIRKS, LocateSettings
-from ..pose import DEVICES, EFFORTS, PoseOptions
+from ..locate import FLOORS, METHODS, QUIRKS, LocateSettings
 from ..settings import DEFAULT_METHOD, Settings
 from . import DONE, NOTHING_DONE, SOME_FAILED, Once, end_as_by_ctrl_c
 from .camera_options import add_camera_options, add_mount_option, focal_request, number, stated_mount
 from .progress import Reporter
+from .run_options import (
+    add_body_options,
+    add_pose_options,
+    add_run_options,
+    child_weight,
+    pose_options,
+    require_jobs,
+)
 from .tally import print_results
 
 _EXAMPLES = """examples:
@@ -52,30 +59,14 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def _add_method(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group("method")
-    group.add_argument(
-        "--pose", default="auto", metavar="NAME", help="back end: auto, a name, or recorded:FILE (default: auto)"
-    )
-    group.add_argument(
-        "--effort", default="normal", choices=EFFORTS, help="how hard people are looked for (default: normal)"
-    )
-    group.add_argument(
-        "--device", default="cpu", choices=DEVICES, help="what the networks of ONNX back ends run on (default: cpu)"
-    )
-    group.add_argument("--flip", action="store_true", help="detect each person in the mirrored photo too, and average")
+    add_pose_options(group)
     defaults = LocateSettings()
     group.add_argument(
         "--method", default=DEFAULT_METHOD, choices=METHODS, action=Once,
         help="scene: one fit of all people, the floor and the camera; the others are the paper's, for comparison "
         f"(default: {DEFAULT_METHOD})",
     )  # fmt: skip
-    group.add_argument(
-        "--body-size", default=defaults.body_size, choices=BODY_SIZES,
-        help=f"body sizes to expect; mixed: adults and some children (default: {defaults.body_size})",
-    )  # fmt: skip
-    group.add_argument(
-        "--child-weight", type=number, metavar="SHARE",
-        help=f"share of children where --body-size is mixed (default: {defaults.child_weight:g})",
-    )  # fmt: skip
+    add_body_options(group)
     group.add_argument(
         "--floor", default=defaults.floor, choices=FLOORS,
         help=f"shared: one level floor for all, except people marked off-floor in a review (default: {defaults.floor})",
@@ -101,14 +92,10 @@ def _add_output(parser: argparse.ArgumentParser) -> None:
 
 def _add_run(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group("run")
-    group.add_argument(
-        "--jobs", type=int, metavar="N", help="worker processes; default: one a core; 0: none, for debugging"
-    )
+    add_run_options(group)
     group.add_argument("--engine", default="local", choices=ENGINES, help="ray: a cluster")
     group.add_argument("--shard", type=_share, metavar="I/N", help="do the I-th of N parts of the work (I from 1)")
-    group.add_argument("--restart", action="store_true", help="start over: measure again what the folder already has")
     group.add_argument("--repair", action="store_true", help="measure again the photos of parts that are damaged")
-    group.add_argument("--offline", action="store_true", help="fetch nothing: fail where a network is not here")
 
 
 def _share(text: str) -> tuple[int, int]:
@@ -126,8 +113,7 @@ def _names(text: str) -> frozenset[str]:
 def run(args: argparse.Namespace) -> int:
     """Measure, print what came out, and return the exit code."""
     job = _job(args)
-    if args.jobs is not None and args.jobs < 0:
-        raise SettingsError(f"--jobs {args.jobs}: it must be 0 or more")
+    require_jobs(args)
     if args.safe_distance is not None and not args.safe_distance > 0:
         raise SettingsError(f"--safe-distance {args.safe_distance}: it must be a positive number of metres")
     if args.focal_mm is not None and args.sensor_mm is None:
@@ -154,12 +140,11 @@ def run(args: argparse.Namespace) -> int:
 
 def _job(args: argparse.Namespace) -> Job:
     focal = focal_request(args)
-    weight = LocateSettings().child_weight if args.child_weight is None else args.child_weight
-    locate = LocateSettings(args.body_size, floor=args.floor, quirks=args.quirks, child_weight=weight)
+    locate = LocateSettings(args.body_size, floor=args.floor, quirks=args.quirks, child_weight=child_weight(args))
     return Job(
         args.out,
         args.pose,
-        PoseOptions(effort=args.effort, offline=args.offline, device=args.device, flip=args.flip),
+        pose_options(args),
         Settings(
             args.method,
             locate,

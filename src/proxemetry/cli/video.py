@@ -18,14 +18,21 @@ from ..clip.events import SHORTEST_S
 from ..clip.measuring import Job
 from ..clip.run import Outcome, clips_of, read_region, run_clip
 from ..errors import ProxemetryError, SettingsError
-from ..locate import BODY_SIZES, LocateSettings
+from ..locate import LocateSettings
 from ..measure import Settings
 from ..people.attributes import PairsWhere
-from ..pose import DEVICES, EFFORTS, PoseOptions
 from . import DONE, NOTHING_DONE, SOME_FAILED
 from .attribute_options import add_pairs_where
 from .camera_options import add_camera_options, add_mount_option, focal_request, number, stated_mount
 from .progress import Reporter
+from .run_options import (
+    add_body_options,
+    add_pose_options,
+    add_run_options,
+    child_weight,
+    pose_options,
+    require_jobs,
+)
 
 _EXAMPLES = """examples:
   proxemetry video square.mp4 --out results --mount CAMERA.json
@@ -57,17 +64,12 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def _add_people(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group("people")
-    group.add_argument(
-        "--pose", default="auto", metavar="NAME", help="back end: auto, a name, or recorded:FILE (default: auto)"
-    )
+    add_pose_options(group)
     group.add_argument(
         "--detections", metavar="FILE",
         help="people found before: boxes as MOT Challenge text (they need --mount), or recorded:FILE of keypoints",
     )  # fmt: skip
-    group.add_argument("--effort", default="normal", choices=EFFORTS, help="how hard people are looked for")
-    group.add_argument("--device", default="cpu", choices=DEVICES, help="what the networks run on (default: cpu)")
-    defaults = LocateSettings()
-    group.add_argument("--body-size", default=defaults.body_size, choices=BODY_SIZES, help="whose body lengths hold")
+    add_body_options(group)
 
 
 def _add_questions(parser: argparse.ArgumentParser) -> None:
@@ -94,9 +96,7 @@ def _add_output(parser: argparse.ArgumentParser) -> None:
     group.add_argument("--aggregate-only", action="store_true", help="write no tracks, no pairs and no keypoints")
     group.add_argument("--annotated", action="store_true", help="write the clip with people and distances drawn in")
     group.add_argument("--faces", default="blur", choices=("blur", "show"), help="heads in it (default: blur)")
-    group.add_argument("--jobs", type=int, metavar="N", help="worker processes; default: one a core; 0: none")
-    group.add_argument("--restart", action="store_true", help="begin anew: measure again what the folder has already")
-    group.add_argument("--offline", action="store_true", help="fetch nothing: fail where a network is not here")
+    add_run_options(group)
 
 
 def run(args: argparse.Namespace) -> int:
@@ -157,8 +157,7 @@ def _job(args: argparse.Namespace) -> tuple[Job, Wanted]:
         raise SettingsError("--within: distances are positive numbers of metres")
     if not 0 < args.fps <= 240:
         raise SettingsError(f"--fps {args.fps:g}: it must be above 0 and at most 240")
-    if args.jobs is not None and args.jobs < 0:
-        raise SettingsError(f"--jobs {args.jobs}: it must be 0 or more")
+    require_jobs(args)
     if args.min_event < 0:
         raise SettingsError(f"--min-event {args.min_event:g}: it must be 0 or more")
     if args.annotated:
@@ -168,13 +167,15 @@ def _job(args: argparse.Namespace) -> tuple[Job, Wanted]:
 
         require_encoder()
     mount = stated_mount(args)
-    settings = Settings("scene", LocateSettings(args.body_size), focal_request(args), mount=mount)
+    settings = Settings(
+        "scene", LocateSettings(args.body_size, child_weight=child_weight(args)), focal_request(args), mount=mount
+    )
     pose, boxes = args.pose, None
     if args.detections and args.detections.startswith("recorded:"):
         pose = args.detections
     elif args.detections:
         boxes = Boxes.read(args.detections)
-    options = PoseOptions(effort=args.effort, device=args.device, offline=args.offline)
+    options = pose_options(args)
     region = read_region(args.region) if args.region else None
     return Job(pose, options, settings, boxes), Wanted(
         limits, region, mount, settings, args.min_event, PairsWhere.parsed(args.pairs_where)
