@@ -11,6 +11,7 @@ from proxemetry.locate.scenefit import fit as joint_fit
 from proxemetry.locate.scenefit import locate, shared_prior, solver
 from proxemetry.locate.scenefit.alternatives import Explanations, leave_one_out
 from proxemetry.locate.scenefit.body_model import body_model
+from proxemetry.locate.scenefit.camera_prior import Place, SharedPrior
 from proxemetry.locate.scenefit.contradiction import misfit
 from proxemetry.locate.scenefit.evidence import evidence_of
 from proxemetry.locate.scenefit.hypotheses import keypoint_precision, log_evidence
@@ -25,7 +26,7 @@ from proxemetry.locate.scenefit.projection import (
     PITCH,
     torso_position,
 )
-from proxemetry.locate.scenefit.solver import Fit, Place, SharedPrior, schur_complement
+from proxemetry.locate.scenefit.solver import Fit, schur_complement
 from proxemetry.locate.scenefit.start import initialise
 from proxemetry.people import People
 from proxemetry.people.skeleton import COCO_17

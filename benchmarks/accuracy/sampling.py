@@ -19,12 +19,14 @@ from proxemetry import distances
 from proxemetry.arrays import FloatArray
 from proxemetry.bodies import Bodies
 from proxemetry.locate import LocateSettings
+from proxemetry.locate.scenefit.batch import HypothesisBatch
 from proxemetry.locate.scenefit.body_model import body_model
+from proxemetry.locate.scenefit.camera_prior import SharedPrior
 from proxemetry.locate.scenefit.explained import Explained
 from proxemetry.locate.scenefit.fit import explained_people, shared_prior
 from proxemetry.locate.scenefit.posterior import placed_people
 from proxemetry.locate.scenefit.projection import N_LOCAL, N_SHARED, camera_axes, torso_position
-from proxemetry.locate.scenefit.solver import Fit, HypothesisBatch, SharedPrior, evaluate
+from proxemetry.locate.scenefit.solver import Fit, evaluate
 from synthetic.layouts import photos
 from synthetic.scenes import SyntheticPhoto
 

@@ -12,8 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...arrays import FloatArray
+from .batch import HypothesisBatch
 from .projection import N_LOCAL, N_SHARED
-from .solver import Fit, HypothesisBatch, clip_step, evaluate_rows, schur_complement, solve_batch
+from .solver import Fit, clip_step, evaluate_rows, schur_complement, solve_batch
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,20 +1,14 @@
-"""Whether the picture contradicts what is stated: the camera's place by its mount, or how far away a person is."""
+"""Whether the picture contradicts what is stated: the camera's place by its mount, or a person's distance."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from ...arrays import FloatArray
+from .batch import HypothesisBatch
+from .camera_prior import SharedPrior
 from .projection import DEPTH, N_LOCAL, N_SHARED
-from .solver import (
-    Fit,
-    HypothesisBatch,
-    SharedPrior,
-    evaluate_rows,
-    schur_complement,
-    solve_batch,
-    stated_depth_precision,
-)
+from .solver import Fit, evaluate_rows, schur_complement, solve_batch, stated_depth_precision
 
 #: What is known of pitch, roll, log height, log focal length and principal point (in focal lengths) of a camera that
 #: may be anywhere: so wide that it decides nothing, and the people's own equations stay solvable.
@@ -42,7 +36,7 @@ def misfit(fit: Fit, prior: SharedPrior) -> float:
 
 
 def depth_misfit(rows: HypothesisBatch, fit: Fit, elsewhere: FloatArray) -> FloatArray:
-    """Return by how many standard deviations each stated depth is off what everything else says, shape (P,).
+    """Return by how many standard deviations each stated depth is off all other evidence, shape (P,).
 
     rows: the fit's. elsewhere: shape (P,), what other explanations of a person add to the variance of the log depth.
     The deviation is that of both sides together, the depth's own part in the fit taken out again; positive where it is
@@ -59,7 +53,7 @@ def depth_misfit(rows: HypothesisBatch, fit: Fit, elsewhere: FloatArray) -> Floa
 
 
 def _depth_variance(rows: HypothesisBatch, fit: Fit) -> FloatArray:
-    """Return the variance of everybody's log depth (P,), from the equations at the answer itself."""
+    """Return the variance of each person's log depth (P,), from the equations at the answer itself."""
     normal, _, _ = evaluate_rows(rows, fit.local, fit.shared)
     answer, reduced = schur_complement(normal)
     shared = reduced.sum(axis=0)[:, :-1] + fit.shared_normal[:, :-1]

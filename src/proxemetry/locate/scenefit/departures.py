@@ -11,9 +11,9 @@ from dataclasses import replace
 import numpy as np
 
 from ...arrays import FloatArray
+from .batch import HypothesisBatch
 from .body_model import BodyModel
 from .projection import PITCH, ROLL, camera_axes, project, torso_position
-from .solver import HypothesisBatch
 
 #: How far a detector's idea of a joint may be from the body model's, of all people alike, in statures: as far as two
 #: networks' ideas of one are apart (`body_tables.DEFINITIONS`, and how ears, hips and shoulders were found to differ).

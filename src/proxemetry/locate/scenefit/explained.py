@@ -9,14 +9,15 @@ from numpy.typing import NDArray
 
 from ...arrays import FloatArray
 from .alternatives import Explanations
+from .batch import HypothesisBatch
 from .evidence import Evidence
 from .mirror import Mirrored
-from .solver import Fit, HypothesisBatch
+from .solver import Fit
 
 
 @dataclass(frozen=True, eq=False)
 class Explained:
-    """Everybody usable explained.
+    """All usable people, explained.
 
     usable: shape (P,), their rows among the people. rows: all that was tried, with their explanations and log weight,
     shape (R,). first: shape (P,), the best row of each, whose joint fit is `fit`; mirrored: those on the other side of

@@ -1,4 +1,4 @@
-"""The joint fit of a photo: one floor, one camera and everybody's body, by maximum a posteriori.
+"""The joint fit of a photo: one floor, one camera and all people's bodies, by maximum a posteriori.
 
 Feet, torsos, shoulders and eyes of all people answer together for the camera's pitch, roll and height and for each
 person's place, heading, stature and posture; the normal equations at the answer give the covariance, shared errors
@@ -18,11 +18,14 @@ from ...camera import Camera, Mount
 from ...people import People
 from .. import LocateSettings
 from .alternatives import Explanations, at_fit, interleaved, leave_one_out, refine
+from .batch import HypothesisBatch
 from .body_model import BodyModel, body_model
+from .camera_prior import Place, SharedPrior
 from .contradiction import misfit
 from .evidence import Evidence, evidence_of
 from .explained import Explained
 from .hypotheses import (
+    Bodytype,
     Hypotheses,
     batch_of,
     body_types,
@@ -35,20 +38,23 @@ from .hypotheses import (
 from .mirror import mirrored
 from .posterior import placed_people
 from .projection import DEPTH, FOCAL, HEIGHT, LOG_LENGTHS, N_SHARED, PITCH, PRINCIPAL, ROLL
-from .solver import Fit, HypothesisBatch, Place, SharedPrior, gauss_newton_step, solve
+from .solver import Fit, gauss_newton_step, solve
 from .start import initialise
 
 #: How even floors are, as a standard deviation of where the soles are: metres, and per metre of distance, since ground
 #: slopes and streets are cambered; the tails are heavy (kerbs, steps).
 FLOOR_SD_M, FLOOR_SLOPE_SD = 0.04, 0.003
-#: Hand-held and mounted cameras: the prior of pitch, roll and height above the floor; tails are heavy.
+#: Hand-held and mounted cameras: the prior of pitch, roll and height above the floor, assumed, with heavy tails
+#: (docs/method.md, "Priors"; benchmarks/accuracy/breakage.py shows what cameras unlike it cost).
 PITCH_SD_RAD = np.deg2rad(7.0)
 ROLL_SD_RAD = np.deg2rad(1.2)
 TYPICAL_HEIGHT_M, HEIGHT_LOG_SD = 1.55, 0.30
 
 #: What a mount's covariance is about, among the shared unknowns.
 _AS_SHARED = np.array([PITCH, ROLL, HEIGHT, FOCAL])
+#: What is known exactly still needs a standard deviation.
 _EXACT = 1e-5
+#: By how much the floor's and the stated depths' precision is lowered in the first steps.
 _LOOSE = 0.25
 #: From the first steps on, and from where another explanation has been solved already.
 _MOST_ITERATIONS, _MOST_AGAIN = 8, 4
@@ -59,9 +65,9 @@ _REASON = "fewer than two usable joints: nothing shows how large this person app
 
 
 def locate(people: People, camera: Camera, settings: LocateSettings, mount: Mount | None = None) -> Bodies:
-    """Return where everybody stands, from all evidence at once.
+    """Return where people stand, from all evidence at once.
 
-    `people` are in undistorted pixels of `camera`; `mount` says what is known of its place. Rows without two usable
+    `people` are in undistorted pixels of `camera`; `mount` is what is known of its place. Rows without two usable
     joints come back as NaN with a reason.
     """
     model = body_model(people.skeleton)
@@ -74,7 +80,7 @@ def locate(people: People, camera: Camera, settings: LocateSettings, mount: Moun
 def explained_people(
     people: People, camera: Camera, prior: SharedPrior, settings: LocateSettings, model: BodyModel
 ) -> Explained | None:
-    """Return the joint fit of everybody with two usable joints or more, or None where there is nobody."""
+    """Return the joint fit of all people with two usable joints or more, or None where there are none."""
     evidence = evidence_of(people, camera, model)
     usable = np.flatnonzero(_measurable(evidence))
     return _fit(_taken(evidence, usable), prior, settings, usable, model) if len(usable) else None
@@ -109,7 +115,7 @@ def shared_prior(camera: Camera, mount: Mount | None = None) -> SharedPrior:
 
 
 def _place(camera: Camera, mount: Mount) -> Place:
-    """Return what a mount says of the shared unknowns of a camera.
+    """Return what a mount states about the shared unknowns of a camera.
 
     Where the mount's own focal length was found with its place, it stands for the camera's.
     """
@@ -123,34 +129,19 @@ def _place(camera: Camera, mount: Mount) -> Place:
 def _fit(
     evidence: Evidence, prior: SharedPrior, settings: LocateSettings, usable: NDArray[np.intp], model: BodyModel
 ) -> Explained:
-    sizes = settings.body_sizes or (None,) * (int(usable.max()) + 1)
-    statures = settings.statures or (None,) * len(sizes)
-    types = [
-        with_stature(body_types(sizes[k] or settings.body_size, settings.child_weight, evidence.lengths), statures[k])
-        for k in usable
-    ]
+    types = _types_of(evidence, settings, usable)
     on_floor = np.array([settings.floor == "shared" and row not in settings.off_floor for row in usable])
     floor_sd = np.where(on_floor, FLOOR_SD_M, np.inf)
     start = initialise(evidence, np.exp([t[0].mean for t in types]), prior, model, on_floor.astype(float))
     hypotheses, first = hypotheses_of(start, types, model)
-    scale = _scale(hypotheses.local[first])
-    rows = batch_of(hypotheses, evidence, types, floor_sd, model, scale)
-
-    # two steps with a looser floor and depths first: people whom the coarse search put off them still find them
-    tried = np.flatnonzero(hypotheses.group == 0)
-    loose, leading = rows.taken(tried).with_floor(_LOOSE).with_depth(_LOOSE), np.searchsorted(tried, first)
-    near = gauss_newton_step(loose, hypotheses.local[tried], start.shared, prior, leading)
-    near = gauss_newton_step(loose, near.local, near.shared, prior, leading)
-    hypotheses = scaled_to_group(hypotheses.with_local(tried, near.local), first)
-    rough = hypotheses.log_prior[tried] - near.row_cost
-    best = _best_rows(loose.person, rough)
-    first = tried[np.where(rough[best] > rough[leading] + _LIKELIER, best, leading)]
+    rows = batch_of(hypotheses, evidence, types, floor_sd, model, _scale(hypotheses.local[first]))
+    hypotheses, first, shared = _first_steps(rows, hypotheses, first, start.shared, prior)
     local = hypotheses.local[first]
-    # what is known of size, depth and view now tells how noisy keypoints and floor are
-    rows = rows.with_precision(keypoint_precision(evidence, model, _scale(local), near.shared)[rows.person])
+    # with size, depth and view known, so is how noisy keypoints and floor are
+    rows = rows.with_precision(keypoint_precision(evidence, model, _scale(local), shared)[rows.person])
     uneven = np.hypot(FLOOR_SD_M, FLOOR_SLOPE_SD * np.exp(local[:, DEPTH]))
     rows = rows.with_floor(FLOOR_SD_M / uneven[rows.person])
-    fit = solve(rows.taken(first), local, near.shared, prior, iterations=_MOST_ITERATIONS)
+    fit = solve(rows.taken(first), local, shared, prior, iterations=_MOST_ITERATIONS)
     off = misfit(fit, prior)
     if off > MOST_MISFIT:  # a camera that was moved, or another one: its place is worth as little as it is wrong
         prior = replace(prior, place=prior.place.widened(off))
@@ -158,24 +149,63 @@ def _fit(
     if evidence.from_above.any():  # seen from the camera as it is now, which the first steps may have had too level
         rows = rows.with_precision(keypoint_precision(evidence, model, _scale(fit.local), fit.shared)[rows.person])
         fit = solve(rows.taken(first), fit.local, fit.shared, prior, iterations=_MOST_AGAIN)
+    explanations, weight, first, fit = _weighed(rows, first, hypotheses, fit, prior)
+    other_side = mirrored(rows.taken(first), fit)
+    return Explained(usable, evidence, rows, explanations, weight, first, fit, other_side, on_floor, off)
+
+
+def _types_of(
+    evidence: Evidence, settings: LocateSettings, usable: NDArray[np.intp]
+) -> list[tuple[Bodytype, ...]]:  # fmt: skip
+    """Return the groups of bodies that each usable person may be of."""
+    sizes = settings.body_sizes or (None,) * (int(usable.max()) + 1)
+    statures = settings.statures or (None,) * len(sizes)
+    return [
+        with_stature(body_types(sizes[k] or settings.body_size, settings.child_weight, evidence.lengths), statures[k])
+        for k in usable
+    ]
+
+
+def _first_steps(
+    rows: HypothesisBatch, hypotheses: Hypotheses, first: NDArray[np.intp], shared: FloatArray, prior: SharedPrior
+) -> tuple[Hypotheses, NDArray[np.intp], FloatArray]:
+    """Return hypotheses two steps nearer to what they explain, each person's likeliest row then, and the camera.
+
+    Floor and stated depths are held loosely, so that people whom the coarse search put off them still find them.
+    """
+    tried = np.flatnonzero(hypotheses.group == 0)
+    loose, leading = rows.taken(tried).with_floor(_LOOSE).with_depth(_LOOSE), np.searchsorted(tried, first)
+    near = gauss_newton_step(loose, hypotheses.local[tried], shared, prior, leading)
+    near = gauss_newton_step(loose, near.local, near.shared, prior, leading)
+    hypotheses = scaled_to_group(hypotheses.with_local(tried, near.local), first)
+    rough = hypotheses.log_prior[tried] - near.row_cost
+    best = _best_rows(loose.person, rough)
+    first = tried[np.where(rough[best] > rough[leading] + _LIKELIER, best, leading)]
+    return hypotheses, first, near.shared
+
+
+def _weighed(
+    rows: HypothesisBatch, first: NDArray[np.intp], hypotheses: Hypotheses, fit: Fit, prior: SharedPrior
+) -> tuple[Explanations, FloatArray, NDArray[np.intp], Fit]:
+    """Return all rows' explanations with their log weights, each person's likeliest row, and the fit of those.
+
+    Where another row than the fit's is the likeliest, all is solved again, twice at most.
+    """
     for _ in range(2):
         explanations, weight = _weigh(rows, first, hypotheses, fit)
         best = _best_rows(rows.person, weight)
         if (best == first).all():
-            break
+            return explanations, weight, first, fit
         first = best
         fit = solve(rows.taken(first), explanations.local[first], fit.shared, prior, iterations=_MOST_AGAIN)
         hypotheses = replace(hypotheses, local=explanations.local)
-    else:
-        explanations, weight = _weigh(rows, first, hypotheses, fit)
-    other_side = mirrored(rows.taken(first), fit)
-    return Explained(usable, evidence, rows, explanations, weight, first, fit, other_side, on_floor, off)
+    return *_weigh(rows, first, hypotheses, fit), first, fit
 
 
 def _weigh(
     rows: HypothesisBatch, first: NDArray[np.intp], hypotheses: Hypotheses, fit: Fit
 ) -> tuple[Explanations, FloatArray]:
-    """Explain every row with the camera as everybody else would have it; return also the log weight of each."""
+    """Explain every row with the camera that the other people determine; return also the log weight of each."""
     cavity = leave_one_out(fit)
     following = np.ones(len(rows), dtype=bool)
     following[first] = False

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from ...anthropometry import Population, moments, populations
 from ...arrays import FloatArray
 from .alternatives import Explanations
+from .batch import HypothesisBatch
 from .body_model import BodyModel
 from .body_tables import POSTURE_WEIGHTS
 from .evidence import Evidence, SeenLengths
@@ -31,7 +32,6 @@ from .projection import (
     BodyTables,
     camera_axes,
 )  # fmt: skip
-from .solver import HypothesisBatch
 from .start import HEADINGS, Start
 
 #: An alternative this much worse than the best at the start (negative log posterior) is not pursued.

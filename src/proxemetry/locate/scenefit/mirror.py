@@ -13,9 +13,10 @@ import numpy as np
 
 from ...arrays import FloatArray
 from .alternatives import at_fit, leave_one_out, refine
+from .batch import HypothesisBatch
 from .hypotheses import log_evidence
 from .projection import HEADING, POINT, TURN
-from .solver import Fit, HypothesisBatch
+from .solver import Fit
 
 _STEPS = 2
 

@@ -17,12 +17,14 @@ from ...arrays import FloatArray
 from ...camera import Camera
 from ...people import People
 from .. import LocateSettings
+from .batch import HypothesisBatch
 from .body_model import BodyModel, body_model
+from .camera_prior import SharedPrior
 from .departures import departures_of
 from .fit import explained_people, shared_prior
 from .pooled_equations import N_LENGTHS, N_VIEW, OWN, Crowd, Equations, State, equations_of
 from .projection import DEPTH, FOCAL, LOG_LENGTHS, N_LOCAL, N_SHARED
-from .solver import HypothesisBatch, SharedPrior, clip_step, solve_batch
+from .solver import clip_step, solve_batch
 
 _ITERATIONS, _SETTLED = 30, 1e-4
 _LONGEST_LENGTH_STEP = 0.1

@@ -13,8 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...arrays import FloatArray
+from .batch import HypothesisBatch
+from .camera_prior import SharedPrior
 from .projection import FOCAL, LOG_LENGTHS, N_LOCAL, N_SHARED
-from .solver import HypothesisBatch, SharedPrior, known_of_rows, solve_batch, weighted_equations
+from .solver import known_of_rows, solve_batch, weighted_equations
 
 #: Unknowns of a view and of the lens: pitch, roll and log height come first among the shared ones.
 N_VIEW = FOCAL

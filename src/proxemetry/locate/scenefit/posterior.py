@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from ...arrays import FloatArray
 from ...bodies import MOST_DEPTH_MISFIT, Bodies, Floor, Mode
 from .alternatives import Explanations
+from .batch import HypothesisBatch
 from .body_model import BodyModel
 from .contradiction import depth_misfit
 from .explained import Explained
@@ -28,7 +29,7 @@ from .projection import (
     torso_jacobian,
     torso_position,
 )  # fmt: skip
-from .solver import Fit, HypothesisBatch, solve_batch
+from .solver import Fit, solve_batch
 
 #: An explanation less likely than this is not reported.
 _LEAST_WEIGHT = 0.03

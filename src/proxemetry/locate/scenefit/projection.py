@@ -9,6 +9,13 @@ Unknowns that all rows share: pitch and roll (as in `bodies.Floor`), log camera 
 relative to the nominal one, and the principal point's error (2, in units of the nominal focal length).
 
 The world frame is the camera's, turned so that y points along gravity; a row's heading h faces (sin h, 0, -cos h).
+
+Columns of the unknowns, of a row (local) and of the camera (shared, after the local ones in a row's equations):
+
+    local   0    1    2          3        4     5 ........... 10  11 ........... 23
+            point     log depth  heading  turn  log lengths       latent posture
+    shared  0      1     2           3          4    5
+            pitch  roll  log height  log focal  principal point
 """
 
 from __future__ import annotations
@@ -83,9 +90,9 @@ class BodyTables:
 class Projected:
     """Keypoints and soles of R rows, with their derivatives.
 
-    points: shape (R, 2, K). floor: shape (R,), how far the sole is above the floor in metres. equations: shape (R, 2 K
-    + 1, N_LOCAL + N_SHARED + 1), the derivatives by all unknowns: first of all x, then of all y, then of the floor. Its
-    last column is free, for the residuals.
+    points: shape (R, 2, K), in units of the nominal focal length. floor: shape (R,), how far the sole is above the
+    floor in metres. equations: shape (R, 2 K + 1, N_LOCAL + N_SHARED + 1), the derivatives by all unknowns: first of
+    all x, then of all y, then of the floor. Its last column is free, for the residuals.
     """
 
     points: FloatArray

@@ -1,4 +1,4 @@
-"""Maximum a posteriori by Gauss-Newton with robust weights, everybody at once.
+"""Maximum a posteriori by Gauss-Newton with robust weights, all people at once.
 
 The normal equations are an arrow: each row has its own unknowns and all share the camera's, so a step costs one small
 solve a row and one for the shared (Schur complement): linear in people. Keypoints have Student-t noise, as do the
@@ -7,23 +7,20 @@ floor's distance, stated depths and the camera's prior: an outlier loses its pul
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...arrays import FloatArray
-from .projection import DEPTH, FOCAL, HEADING, N_LOCAL, N_SHARED, TURN, BodyTables, project
+from .batch import HypothesisBatch
+from .camera_prior import SharedPrior
+from .projection import DEPTH, HEADING, N_LOCAL, N_SHARED, TURN, project
 
-#: Degrees of freedom of Student's distribution (docs/method.md, "Evidence" and "Priors"): keypoints, floor, stated
-#: depths, camera.
+#: Degrees of freedom of Student's distribution (docs/method.md, "Evidence"): keypoints, floor, stated depths.
 _KEYPOINT_DOF = 5.0
 _FLOOR_DOF = 3.0
 _DEPTH_DOF = 3.0
-_SHARED_DOF = 3.0
-#: What is stated of the camera's place is believed as stated near its mean; its tails are heavy.
-_PLACE_DOF = 4.0
 #: Depths and shared unknowns that move by less end the search; the last step itself is still taken.
 _SETTLED = 1e-2
 #: No unknown moves further in one step: the model is only locally linear. The log of the camera's height bends little.
@@ -35,146 +32,13 @@ _FACING = slice(HEADING, TURN + 1)
 
 
 @dataclass(frozen=True, eq=False)
-class HypothesisBatch:
-    """R rows to be explained, a person under a hypothesis each.
-
-    person: shape (R,). points (R, 2, K), precision (R, K), one over the standard deviation and 0 where unseen: the
-    evidence. bodies: the tables of each row's posture. prior_mean (R, N_LOCAL), prior_precision (R, N_LOCAL, N_LOCAL):
-    the prior of each body; prior_log_volume (R,): the log determinant of that precision.
-    floor_precision: shape (R,), one over the standard deviation of soles about the floor, 0 for rows off it.
-    log_depth, depth_precision: shape (R,), the stated depth and one over its standard deviation, 0 where none is.
-    """
-
-    person: NDArray[np.intp]
-    points: FloatArray
-    precision: FloatArray
-    bodies: BodyTables
-    prior_mean: FloatArray
-    prior_precision: FloatArray
-    prior_log_volume: FloatArray
-    floor_precision: FloatArray
-    log_depth: FloatArray
-    depth_precision: FloatArray
-
-    def __len__(self) -> int:
-        return len(self.person)
-
-    def taken(self, index: NDArray[np.intp]) -> HypothesisBatch:
-        """Return some of the rows."""
-        return HypothesisBatch(
-            self.person[index], self.points[index], self.precision[index], self.bodies.taken(index),
-            self.prior_mean[index], self.prior_precision[index], self.prior_log_volume[index],
-            self.floor_precision[index], self.log_depth[index], self.depth_precision[index],
-        )  # fmt: skip
-
-    def with_heading_near(self, heading: FloatArray) -> HypothesisBatch:
-        """Return the rows with each prior heading moved by whole turns to where it is nearest to a heading (R,)."""
-        mean = self.prior_mean.copy()
-        mean[:, HEADING] = heading + np.angle(np.exp(1j * (mean[:, HEADING] - heading)))
-        return replace(self, prior_mean=mean)
-
-    @classmethod
-    def joined(cls, parts: Sequence[HypothesisBatch]) -> HypothesisBatch:
-        """Return all rows of several."""
-        fields = [name for name in cls.__dataclass_fields__ if name != "bodies"]
-        joined = {name: np.concatenate([getattr(part, name) for part in parts]) for name in fields}
-        return cls(**joined, bodies=BodyTables.joined([part.bodies for part in parts]))
-
-    def with_precision(self, precision: FloatArray) -> HypothesisBatch:
-        """Return the rows with other keypoint noise (R, K)."""
-        return replace(self, precision=precision)
-
-    def with_floor(self, factor: float | FloatArray) -> HypothesisBatch:
-        """Return the rows with the floor's precision multiplied."""
-        return replace(self, floor_precision=self.floor_precision * factor)
-
-    def with_depth(self, factor: float) -> HypothesisBatch:
-        """Return the rows with the stated depths' precision multiplied."""
-        return replace(self, depth_precision=self.depth_precision * factor)
-
-
-@dataclass(frozen=True, eq=False)
-class Place:
-    """What is stated or was measured of the camera: some of the shared unknowns, known together.
-
-    which: shape (k,), of the shared unknowns. mean: shape (k,). precision: shape (k, k).
-    """
-
-    which: NDArray[np.intp] = field(default_factory=lambda: np.zeros(0, dtype=np.intp))
-    mean: FloatArray = field(default_factory=lambda: np.zeros(0))
-    precision: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
-
-    def __len__(self) -> int:
-        return len(self.which)
-
-    @property
-    def covariance(self) -> FloatArray:
-        """The inverse of the precision."""
-        return np.asarray(np.linalg.inv(self.precision), dtype=float)
-
-    def widened(self, factor: float) -> Place:
-        """Return the place with every standard deviation multiplied."""
-        return replace(self, precision=self.precision / factor**2)
-
-
-@dataclass(frozen=True, eq=False)
-class SharedPrior:
-    """The prior of the camera.
-
-    mean, sd: shape (N_SHARED,), of what is known of each unknown alone, Student-t but for focal and principal; sd is
-    infinite where the place alone tells. place: what is known of several together, Student-t.
-    """
-
-    mean: FloatArray
-    sd: FloatArray
-    place: Place = field(default_factory=Place)
-
-    def cost(self, shared: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return the negative log density of estimates (..., N_SHARED), up to a constant, and its normal equations.
-
-        Their shape is (..., N_SHARED, N_SHARED + 1): hessians and, last, the downhill gradient.
-        """
-        away = self.mean - shared
-        z2 = (away / self.sd) ** 2
-        off = 1 + z2[..., :FOCAL] / _SHARED_DOF
-        precision = np.broadcast_to(self.sd**-2, shared.shape).copy()
-        precision[..., :FOCAL] *= (1 + 1 / _SHARED_DOF) / off
-        normal = np.concatenate([precision[..., None] * np.eye(N_SHARED), (precision * away)[..., None]], axis=-1)
-        cost = (_SHARED_DOF + 1) / 2 * np.log(off).sum(axis=-1) + 0.5 * z2[..., FOCAL:].sum(axis=-1)
-        return (cost, normal) if not len(self.place) else self._with_place(shared, cost, normal)
-
-    def _with_place(self, shared: FloatArray, cost: FloatArray, normal: FloatArray) -> tuple[FloatArray, FloatArray]:
-        which, dof = self.place.which, _PLACE_DOF + len(self.place)
-        away = self.place.mean - shared[..., which]
-        pull = (self.place.precision @ away[..., None])[..., 0]
-        off = 1 + (away * pull).sum(axis=-1) / dof
-        normal[..., which[:, None], which] += self.place.precision / off[..., None, None]
-        normal[..., which, -1] += pull / off[..., None]
-        return cost + dof / 2 * np.log(off), normal
-
-    @property
-    def marginal_mean(self) -> FloatArray:
-        """What each unknown is expected to be, shape (N_SHARED,)."""
-        mean = self.mean.copy()
-        mean[self.place.which] = self.place.mean
-        return mean
-
-    @property
-    def marginal_sd(self) -> FloatArray:
-        """How far each may be from that, shape (N_SHARED,)."""
-        sd = self.sd.copy()
-        sd[self.place.which] = np.sqrt(np.diag(self.place.covariance))
-        return sd
-
-
-@dataclass(frozen=True, eq=False)
 class Fit:
     """An explanation: local (R, N_LOCAL), shared (N_SHARED,), with its normal equations and its cost.
 
     normal: shape (R, N_LOCAL + N_SHARED, N_LOCAL + N_SHARED + 1), each row's hessian and, downhill, its gradient,
     without the shared prior, whose own is shared_normal, shape (N_SHARED, N_SHARED + 1). row_cost: shape (R,), negative
     log posterior of each row given the shared. shared_cost: that of the shared prior. weights: shape (R, K), about 1
-    for a keypoint fully believed, 0 for an outlier; of those not seen they say nothing.
+    for a keypoint fully believed, 0 for an outlier; without meaning for those not seen.
     """
 
     local: FloatArray
@@ -310,7 +174,7 @@ def stated_depth_precision(rows: HypothesisBatch, local: FloatArray) -> FloatArr
 
 
 def _step(fit: Fit, leading: NDArray[np.intp] | slice = slice(None)) -> tuple[FloatArray, FloatArray]:
-    """Return the step of local (R, N_LOCAL) and shared unknowns (N_SHARED,); the leading rows alone tell the latter."""
+    """Return the step of local (R, N_LOCAL) and shared unknowns (N_SHARED,); the leading rows decide the latter."""
     answer, reduced = schur_complement(fit.normal)
     # what the shared unknowns see once every row has answered
     equations = reduced[leading].sum(axis=0) + fit.shared_normal

@@ -1,7 +1,7 @@
 """The start: a coarse search over every heading, posture and pitch at once, in closed form.
 
 For each, the mean body's image under weak perspective is laid over the keypoints by scale and shift (weighted least
-squares), which gives everybody's depth; the pitch is the one that the bodies, the floor and the prior like best.
+squares), which gives each person's depth; the pitch is the likeliest one given bodies, floor and prior.
 """
 
 from __future__ import annotations
@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 from ...arrays import FloatArray
 from .body_model import BodyModel
 from .body_tables import N_COMMON, N_TELLING, POSTURE_WEIGHTS, SHOE_M
+from .camera_prior import SharedPrior
 from .evidence import Evidence
 from .projection import HEIGHT, PITCH, ROLL, body_axes, camera_axes
-from .solver import SharedPrior
 
 HEADINGS: FloatArray = np.linspace(0.0, 2 * np.pi, 8, endpoint=False)
 _PITCHES: FloatArray = np.deg2rad([0.0, -12.0, 12.0, 24.0, 36.0, 50.0, 65.0])
@@ -91,7 +91,7 @@ def initialise(
     bodies, torso = _mean_bodies(lengths_m, model)
     unlikely = -np.log(POSTURE_WEIGHTS)[:, None] + np.zeros((len(weights), 1, 1))
     unlikely[~_shows_full_body(evidence, model), N_COMMON:] = np.inf
-    # some postures tell the pitch, the others are tried at that pitch alone
+    # some postures determine the pitch, the others are tried at that pitch alone
     tilts = Tilts.worth_trying(prior)
     cost, scale, shift = _fit_scale_shift(evidence.points, weights, bodies[:, :N_TELLING], tilts.axes)
     cost = cost + unlikely[:, :N_TELLING, None]
@@ -115,7 +115,7 @@ def _pitch(
 
     cost, depth: shape (P, postures, pitches, headings); shift: the same and 2; torso: shape (P, postures or more).
     """
-    # everybody's best posture and heading at each pitch
+    # each person's best posture and heading at each pitch
     people = np.arange(len(cost))[:, None]
     pitch = np.arange(len(tilts.pitches))
     by_pitch = cost.swapaxes(1, 2).reshape(len(cost), len(pitch), -1)
@@ -131,7 +131,7 @@ def _pitch(
 
 
 def _shows_full_body(evidence: Evidence, model: BodyModel) -> NDArray[np.bool_]:
-    """Return who shows shoulders, hips and legs, shape (P,): of nobody else is a rare posture believed."""
+    """Return who shows shoulders, hips and legs, shape (P,): only of these is a rare posture believed."""
     legs = model.kinds["feet"] | model.kinds["legs"]
     parts = (model.kinds["shoulders"], model.kinds["torso"], legs)
     return np.all([(evidence.seen & part).any(axis=1) for part in parts], axis=0)
