@@ -2,7 +2,8 @@
 
 from .camera import NO_DISTORTION, Camera
 from .estimate import CameraEstimate, Candidate, Testimony, Witness
-from .mount import FloorFrame, Mount
+from .floor_frame import FloorFrame
+from .mount import Mount
 from .sources import Doubt, Flag, FocalBasis, FocalSource, Source
 
 __all__ = [

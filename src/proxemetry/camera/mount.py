@@ -19,8 +19,9 @@ from numpy.typing import NDArray
 from ..arrays import FloatArray
 from ..errors import CameraError
 from ..files import read_json
-from .camera import NO_DISTORTION, Camera
-from .sources import Source
+from .camera import Camera
+from .floor_frame import FloorFrame
+from .mount_fields import camera_of, finite, floor_frame_of, nan_if_unknown, radians, significant, size_of
 
 #: Name and version of the JSON form; the version changes when the meaning of a field does.
 SCHEMA = "proxemetry.mount/1"
@@ -32,41 +33,10 @@ UNKNOWNS = ("pitch", "roll", "log height", "log focal length")
 STATED_ANGLE_SD_RAD = math.radians(1.0)
 STATED_HEIGHT_REL_SD = 0.03
 
-#: Significant digits of what is written: more than is ever measured, and few enough to survive degrees and radians.
-_DIGITS = 12
 _N = len(UNKNOWNS)
 #: What no camera is above, metres (an airliner flies at ten thousand), and what no angle or logarithm is uncertain by.
 _HIGHEST_M, _LARGEST_SD = 1e5, 10.0
 _NOTHING = ((math.nan,) * _N,) * _N
-
-
-@dataclass(frozen=True)
-class FloorFrame:
-    """The user's floor coordinates: where the camera stands in them, metres, and which way it looks.
-
-    x_m, y_m: the point of the floor below the camera. yaw_rad: the angle from the x axis to the camera's right,
-    counted towards the y axis. mirrored: whether x, y are left-handed as seen from above.
-    """
-
-    x_m: float = 0.0
-    y_m: float = 0.0
-    yaw_rad: float = 0.0
-    mirrored: bool = False
-
-    def to_user(self, floor_m: FloatArray) -> FloatArray:
-        """Return points (..., 2) given as metres to the camera's right and ahead of it in the user's coordinates."""
-        return (self.x_m, self.y_m) + np.asarray(floor_m, dtype=float) @ self._axes
-
-    def from_user(self, points_m: FloatArray) -> FloatArray:
-        """Return points (..., 2) of the user's coordinates as metres to the camera's right and ahead of it."""
-        return (np.asarray(points_m, dtype=float) - (self.x_m, self.y_m)) @ self._axes.T
-
-    @property
-    def _axes(self) -> FloatArray:
-        """The user's x and y of a metre to the right and of a metre ahead, as rows."""
-        c, s = math.cos(self.yaw_rad), math.sin(self.yaw_rad)
-        ahead = (s, -c) if self.mirrored else (-s, c)
-        return np.array([(c, s), ahead])
 
 
 @dataclass(frozen=True)
@@ -208,7 +178,7 @@ class Mount:
         sd = self.sd
         covariance = np.array(self.covariance)
         scale = np.where(sd > 0, sd, 1.0)
-        correlation = [[_significant(v) for v in row] for row in (covariance / scale / scale[:, None]).tolist()]
+        correlation = [[significant(v) for v in row] for row in (covariance / scale / scale[:, None]).tolist()]
         size = self.size_px or (None, None)
         camera = None if self.camera is None else asdict(self.camera)
         frame = self.floor_frame
@@ -217,17 +187,17 @@ class Mount:
             "source": self.source,
             "width_px": size[0],
             "height_px": size[1],
-            "pitch_deg": _significant(math.degrees(self.pitch_rad)),
-            "roll_deg": _significant(math.degrees(self.roll_rad)),
-            "height_m": _significant(self.height_m),
-            "pitch_sd_deg": _significant(math.degrees(sd[0])),
-            "roll_sd_deg": _significant(math.degrees(sd[1])),
-            "height_sd_m": _significant(self.height_sd_m),
-            "focal_rel_sd": _significant(float(sd[3])),
+            "pitch_deg": significant(math.degrees(self.pitch_rad)),
+            "roll_deg": significant(math.degrees(self.roll_rad)),
+            "height_m": significant(self.height_m),
+            "pitch_sd_deg": significant(math.degrees(sd[0])),
+            "roll_sd_deg": significant(math.degrees(sd[1])),
+            "height_sd_m": significant(self.height_sd_m),
+            "focal_rel_sd": significant(float(sd[3])),
             "correlation": correlation,
             "camera": camera,
             "floor_frame": None if frame is None else {
-                "x_m": frame.x_m, "y_m": frame.y_m, "yaw_deg": _significant(math.degrees(frame.yaw_rad)),
+                "x_m": frame.x_m, "y_m": frame.y_m, "yaw_deg": significant(math.degrees(frame.yaw_rad)),
                 "mirrored": frame.mirrored,
             },
         }  # fmt: skip
@@ -243,15 +213,15 @@ class Mount:
             raise CameraError(f"mount of schema {schema!r}: this version reads {SCHEMA!r}")
         if unknown := [name for name in fields if name not in _FIELDS]:
             raise CameraError(f"field {unknown[0]!r} is unknown; fields are {', '.join(_FIELDS)}")
-        value = {name: _finite(fields, name) for name in _NUMBERS}
+        value = {name: finite(fields, name) for name in _NUMBERS}
         mount = cls.stated(
-            _radians(value["pitch_deg"]), _radians(value["roll_deg"]), _known(value["height_m"]),
-            pitch_sd_rad=_radians(value["pitch_sd_deg"], STATED_ANGLE_SD_RAD),
-            roll_sd_rad=_radians(value["roll_sd_deg"], STATED_ANGLE_SD_RAD),
-            height_sd_m=value["height_sd_m"], camera=_camera(fields.get("camera")),
-            size_px=_size(fields), source=str(fields.get("source") or "stated"),
+            radians(value["pitch_deg"]), radians(value["roll_deg"]), nan_if_unknown(value["height_m"]),
+            pitch_sd_rad=radians(value["pitch_sd_deg"], STATED_ANGLE_SD_RAD),
+            roll_sd_rad=radians(value["roll_sd_deg"], STATED_ANGLE_SD_RAD),
+            height_sd_m=value["height_sd_m"], camera=camera_of(fields.get("camera")),
+            size_px=size_of(fields), source=str(fields.get("source") or "stated"),
         )  # fmt: skip
-        mount = replace(mount, floor_frame=_floor_frame(fields.get("floor_frame")))
+        mount = replace(mount, floor_frame=floor_frame_of(fields.get("floor_frame")))
         return replace(mount, covariance=_covariance(mount, value["focal_rel_sd"], fields.get("correlation")))
 
     def write(self, path: str | Path) -> None:
@@ -278,59 +248,6 @@ class Mount:
 
 _NUMBERS = ("pitch_deg", "roll_deg", "height_m", "pitch_sd_deg", "roll_sd_deg", "height_sd_m", "focal_rel_sd")
 _FIELDS = ("schema", "source", "width_px", "height_px", *_NUMBERS, "correlation", "camera", "floor_frame")
-
-
-def _significant(value: float) -> float | None:
-    return float(f"{value:.{_DIGITS}g}") if math.isfinite(value) else None
-
-
-def _finite(fields: Mapping[str, Any], name: str) -> float | None:
-    value = fields.get(name)
-    if value is None:
-        return None
-    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-        raise CameraError(f"{name} is {value!r:.40}: it must be a finite number, or left out where it is unknown")
-    return float(value)
-
-
-def _known(value: float | None) -> float:
-    return math.nan if value is None else value
-
-
-def _radians(degrees: float | None, default: float = math.nan) -> float:
-    return default if degrees is None else math.radians(degrees)
-
-
-def _size(fields: Mapping[str, Any]) -> tuple[int, int] | None:
-    width, height = _finite(fields, "width_px"), _finite(fields, "height_px")
-    if width is None and height is None:
-        return None
-    if width is None or height is None or min(width, height) < 1 or width != int(width) or height != int(height):
-        raise CameraError(f"width_px is {width!r} and height_px is {height!r}: they must be two whole numbers, or none")
-    return int(width), int(height)
-
-
-def _camera(fields: Any) -> Camera | None:
-    if fields is None:
-        return None
-    try:
-        named = dict(fields)
-        named["distortion"] = tuple(named.get("distortion") or NO_DISTORTION)
-        if isinstance(named.get("source"), Mapping):
-            named["source"] = Source.from_dict(named["source"])
-        return Camera(**named)
-    except (KeyError, TypeError, ValueError) as error:
-        raise CameraError(f"camera: {error}") from error
-
-
-def _floor_frame(fields: Any) -> FloorFrame | None:
-    if fields is None:
-        return None
-    if not isinstance(fields, Mapping):
-        raise CameraError("floor_frame: it must be an object of x_m, y_m, yaw_deg and mirrored")
-    named = cast("Mapping[str, Any]", fields)
-    x, y, yaw = (_finite(named, name) or 0.0 for name in ("x_m", "y_m", "yaw_deg"))
-    return FloorFrame(x, y, math.radians(yaw), bool(named.get("mirrored", False)))
 
 
 def _covariance(mount: Mount, focal_rel_sd: float | None, correlation: Any) -> tuple[tuple[float, ...], ...]:
