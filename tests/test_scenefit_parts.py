@@ -121,19 +121,19 @@ def test_in_another_mode_the_others_follow_the_camera():
     assert other.positions_m == pytest.approx(torso_position(local, fit.shared + shift))
 
 
-def test_a_pitch_that_all_people_tell_wrong_alike_is_as_unsure_beside_what_is_known_of_it():
-    fit, tilt_sd = linear_fit(3), 0.3
-    left = schur_complement(fit.normal)[1][..., :-1].sum(axis=0)
-    told = np.linalg.inv(left)
-    told[PITCH, PITCH] += tilt_sd**2  # what the people say, and the error that they share
-    for known in (1.0, 1e6):  # beforehand: next to nothing, or all but the pitch itself
+def test_what_people_who_err_alike_tell_of_the_camera_is_worth_less_beside_what_is_known_of_it():
+    fit, alike = linear_fit(3), 3.0
+    told = np.linalg.inv(schur_complement(fit.normal)[1][..., :-1].sum(axis=0))
+    worse = np.where(np.arange(N_SHARED) < FOCAL, alike**0.5, 1.0)  # of the lens they tell what they did
+    told *= np.outer(worse, worse)
+    for known in (1.0, 1e9):  # beforehand: next to nothing, or all but the pitch itself
         beforehand = np.eye(N_SHARED) * 1e-6
         beforehand[PITCH, PITCH] = known
         equations = np.column_stack([beforehand, np.zeros(N_SHARED)])
-        _, _, shared = _covariance(replace(fit, shared_normal=equations), tilt_sd)
+        _, _, shared = _covariance(replace(fit, shared_normal=equations), alike)
         assert shared == pytest.approx(np.linalg.inv(np.linalg.inv(told) + beforehand), rel=1e-6, abs=1e-9)
-    assert shared[PITCH, PITCH] == pytest.approx(1e-6, rel=1e-3)  # a stated pitch stays as stated
-    assert _covariance(fit, 0.0)[1] == pytest.approx(_covariance(fit)[1])
+    assert shared[PITCH, PITCH] == pytest.approx(1e-9, rel=1e-3)  # a stated pitch stays as stated
+    assert _covariance(fit, 1.0)[1] == pytest.approx(_covariance(fit)[1])
 
 
 @pytest.mark.parametrize("away_sd", [0.3, 1.0, 4.0])

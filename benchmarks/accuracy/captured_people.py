@@ -80,7 +80,7 @@ def photo_of(joints_m: FloatArray, view: View, noise: float, rng: np.random.Gene
     seen = inside & (at[:, shown, 2] > 0.3)
     keep = np.isfinite(middle).all(axis=1) & (seen.sum(axis=1) >= 5)
     keypoints = np.where(seen[..., None], pixels[:, shown], np.nan)
-    return People(COCO_17, keypoints[keep], np.where(seen, 0.9, 0.0)[keep]), middle[keep]
+    return People(COCO_17, keypoints[keep], np.where(seen, 0.9, 0.0)[keep], source="recorded"), middle[keep]
 
 
 def main() -> None:

@@ -9,7 +9,7 @@ joints, in statures, as the median of its size, and the mean downwards in the pi
 themselves, moved by 0.5 % of the stature.
 
 No network was trained on rendered people, and what goes wrong from above goes wrong more here than on photos: read the
-lines against one another and against `true`. `from_above` and `common_tilt` of `keypoint_noise.toml` come from here.
+lines against one another and against `true`. `from_above` of `keypoint_noise.toml` comes from here.
 """
 
 from __future__ import annotations

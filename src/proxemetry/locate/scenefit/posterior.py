@@ -18,6 +18,7 @@ from .explained import Explained
 from .mirror import Mirrored
 from .projection import (
     DEPTH,
+    FOCAL,
     HEADING,
     HEIGHT,
     LOG_LENGTHS,
@@ -112,9 +113,8 @@ def placed_people(explained: Explained, model: BodyModel) -> Placed:
     """Return everybody's place from the joint fit of their best rows and the alternatives' weights."""
     rows, explanations, first, fit = explained.rows, explained.explanations, explained.first, explained.fit
     weights = _normalised(rows.person, explained.weight, len(first))
-    # the pitch that everybody's joints together tell is off by as much
-    tilt_sd = explained.evidence.common_tilt * abs(float(np.sin(fit.shared[PITCH])))
-    local_sd, covariance, shared_covariance = _covariance(fit, tilt_sd)
+    alike = min(explained.evidence.alike, float(len(first)))  # many never tell less than one of them
+    local_sd, covariance, shared_covariance = _covariance(fit, alike)
     choices = _ambiguous(rows, explanations, weights, first)
     shift = _merged_spread(rows, explanations, weights, first, choices)
     blocks = np.arange(3 * len(first)).reshape(-1, 3)
@@ -133,7 +133,7 @@ def placed_people(explained: Explained, model: BodyModel) -> Placed:
         stature_m=stature,
         stature_sd_m=stature * local_sd[:, _STATURE],
         floor=_floor(fit, shared_covariance) if explained.on_floor.any() else None,
-        modes=_modes(choices, explanations, weights, first, fit, tilt_sd),
+        modes=_modes(choices, explanations, weights, first, fit, alike),
         depth_misfit=misfit,
         mount_misfit=explained.mount_misfit,
     )
@@ -146,20 +146,20 @@ def _normalised(person: NDArray[np.intp], log_weight: FloatArray, count: int) ->
     return weight / np.bincount(person, weight, minlength=count)[person]
 
 
-def _covariance(fit: Fit, tilt_sd: float = 0.0) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _covariance(fit: Fit, alike: float = 1.0) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return the standard deviations of the local unknowns (P, N_LOCAL), and the joint covariances of the positions
     (3 P, 3 P) and of the shared unknowns (N_SHARED, N_SHARED).
 
-    tilt_sd: what the people tell of the pitch is off by as much, all alike; what is known beforehand is not.
+    alike: people err alike, so that what they together tell of pitch, roll and height is worth as many times less.
     """
     own = fit.hessian[:, :N_LOCAL, :N_LOCAL]
     inverse = np.linalg.inv(own)
     cross = fit.hessian[:, :N_LOCAL, N_LOCAL:]
     by_shared = inverse @ cross
     left = (fit.hessian[:, N_LOCAL:, N_LOCAL:] - cross.transpose(0, 2, 1) @ by_shared).sum(axis=0)
-    if tilt_sd > 0:  # (left^-1 + tilt_sd^2 e e')^-1, by Sherman and Morrison
-        left = left - np.outer(left[:, PITCH], left[PITCH]) / (tilt_sd**-2 + left[PITCH, PITCH])
-    shared = np.asarray(np.linalg.inv(left + fit.shared_normal[:, :-1]), dtype=float)
+    worth = np.ones(N_SHARED)
+    worth[:FOCAL] = alike**-0.5
+    shared = np.asarray(np.linalg.inv(left * np.outer(worth, worth) + fit.shared_normal[:, :-1]), dtype=float)
     variance = np.einsum("rii->ri", inverse) + (by_shared @ shared * by_shared).sum(axis=2)
     jacobian = torso_jacobian(torso_position(fit.local, fit.shared), fit.shared)
     by_local = jacobian[..., :3]
@@ -211,7 +211,7 @@ def _merged_spread(
 
 def _modes(
     choices: dict[int, list[int]], explanations: Explanations, weights: FloatArray, first: NDArray[np.intp], fit: Fit,
-    tilt_sd: float = 0.0,
+    alike: float = 1.0,
 ) -> tuple[Mode, ...]:  # fmt: skip
     """Return the joint explanations where people have alternatives apart from their best; empty where nobody has."""
     if not choices:
@@ -233,7 +233,7 @@ def _modes(
             local[person] = explanations.local[row] - _by_shared(explanations.hessian[row]) @ rest
             normal[person, :, :-1] = explanations.hessian[row]
         mode = replace(fit, local=local, shared=fit.shared + shift, normal=normal)
-        modes.append(Mode(weight, torso_position(local, mode.shared), _covariance(mode, tilt_sd)[1]))
+        modes.append(Mode(weight, torso_position(local, mode.shared), _covariance(mode, alike)[1]))
     total = sum(m.weight for m in modes)
     modes = [Mode(m.weight / total, m.positions_m, m.covariance_m2) for m in modes]
     return tuple(sorted(modes, key=lambda m: -m.weight))

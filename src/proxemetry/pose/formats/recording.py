@@ -19,6 +19,9 @@ from ...people.skeleton import COCO_17, HALPE_26, Skeleton
 from ...photo import LARGEST_PX
 from ..bare_arrays import BY_COUNT, WHOLE_BODIES, are_fractions, skeleton_of
 
+#: What recorded people were seen by, for whoever weighs joints: a detector that nobody measured.
+SOURCE = "recorded"
+
 #: Other names of the same joints, as the common files spell them.
 _ALIASES = {
     "hip": "mid_hip", "root": "mid_hip", "pelvis": "mid_hip", "head": "head_top", "left_bigtoe": "left_big_toe",
@@ -168,7 +171,7 @@ def people_of(skeleton: Skeleton, persons: Sequence[Person]) -> People:
     return People(
         skeleton, people.keypoints_px, people.scores, boxes, scores,
         depth_m=np.array([p.depth_m for p in persons]), depth_sd_m=np.array([p.depth_sd_m for p in persons]),
-        attributes=[p.attributes for p in persons],
+        attributes=[p.attributes for p in persons], source=SOURCE,
     )  # fmt: skip
 
 
