@@ -10,7 +10,6 @@ from proxemetry.pose import BACKENDS
     ("arguments", "said"),
     [
         (["measur"], "measur"),
-        (["measure", "photos"], "--out"),
         (["measure", "photos", "--out", "o", "--method", "guess"], "scene"),
         (["measure", "photos", "--out", "o", "--focal-35mm", "4,25"], "write it like 28 or 4.25"),
         (["measure", "photos", "--out", "o", "--sensor-mm", "36"], "like 36x24"),

@@ -249,12 +249,6 @@ def test_the_end_says_where_the_pictures_are_and_what_comes_next(tmp_path, capsy
     assert "proxemetry review" in said and "proxemetry report" in said
 
 
-def test_a_focal_length_in_millimetres_without_a_sensor_is_remarked_on(tmp_path, capsys):
-    write_photos(tmp_path / "photos", 1)
-    main(["measure", str(tmp_path / "photos"), "--out", str(tmp_path / "out"), *FAKE, "--focal-mm", "50"])
-    assert "add --sensor-mm" in capsys.readouterr().err
-
-
 def test_an_option_given_twice_is_not_dropped_in_silence(tmp_path, capsys):
     with pytest.raises(SystemExit) as left:
         main(["measure", "x", "--out", str(tmp_path / "out"), "--method", "torso", "--method", "scene"])
@@ -267,3 +261,28 @@ def test_shells_complete_every_command(shell, capsys):
     assert main(["--print-completion", shell]) == 0
     said = capsys.readouterr().out
     assert all(word in said for word in ("measure", "review", "focal-35mm", "overlays"))
+
+
+@pytest.mark.parametrize(
+    ("stated", "doubt"),
+    [
+        (["--focal-mm", "50"], "--focal-mm without --sensor-mm WxH is used only"),
+        (["--focal-mm", "50", "--sensor-mm", "36x24"], None),
+        (["--focal-35mm", "5000"], "5000 is unusual: lenses have 8 to 800 mm"),
+        (["--focal-35mm", "800"], None),
+    ],
+)
+def test_what_is_doubtful_of_a_statement_is_said(measure, tmp_path, stated, doubt):
+    photos = write_photos(tmp_path / "photos", 1)
+    code, _, said = measure(photos, *stated)
+    assert code == 0
+    assert ("is used only" in said or "is unusual" in said) == (doubt is not None)
+    assert doubt is None or doubt in said
+
+
+def test_results_go_to_a_folder_of_that_name_by_default(tmp_path, monkeypatch):
+    photos = write_photos(tmp_path / "photos", 1)
+    (tmp_path / "elsewhere").mkdir()
+    monkeypatch.chdir(tmp_path / "elsewhere")
+    assert main(["measure", str(photos), *FAKE]) == 0
+    assert (tmp_path / "elsewhere" / "results" / "pairs.csv").is_file()

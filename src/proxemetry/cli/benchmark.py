@@ -32,7 +32,7 @@ HOW = """KORTE is 96 photographs of people at measured places. The photos and la
    korte/run/predictions_METHOD.json hold the answers, for `proxemetry score`.
 
 Without the photos the geometry alone can be tried on the annotated points, given each photo's focal length in
-korte/labels/focal_lengths.csv (columns filename,focal_length_mm):
+korte/labels/focal_lengths.csv or focal_lengths_recovered.csv (columns filename,focal_length_mm):
                             proxemetry benchmark --keypoints labels --labels korte/labels --method all
 
 Cite the benchmark as: M. Seker, A. Männistö, A. Iosifidis, J. Raitoharju, Automatic Social Distance Estimation From

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import sys
 
 from ..camera import Mount
 from ..camera.focal import FocalRequest
@@ -10,11 +11,13 @@ from ..camera.table import CameraTable
 
 #: How `doctor` finds out what the people of a photo tell.
 ASK_THE_PEOPLE = "--pose auto looks for them"
-#: For who has photos without a focal length.
-WHAT_TO_STATE = """No focal length, no metres. What you know of the lens can be stated:
-  photo by photo, camera by camera   --camera-table FILE (or in `proxemetry review`)
-  for all photos at once             --focal-35mm F, --focal-mm F --sensor-mm WxH, or --focal-px F
-  as a guess, where nothing is known --assume-fov DEG"""
+#: For photos without a focal length.
+WHAT_TO_STATE = """Without a focal length there are no distances. What you know of the lens can be stated:
+  photo by photo, camera by camera    --camera-table FILE (or in `proxemetry review`)
+  for all photos at once              --focal-35mm F, --focal-mm F --sensor-mm WxH, or --focal-px F
+  as a guess, where nothing is known  --assume-fov DEG"""
+#: 35 mm equivalents of lenses that are sold: fisheyes of 8 mm to telephotos of 800. The review page asks beyond these.
+USUAL_35MM = (8.0, 800.0)
 
 
 def add_camera_options(parser: argparse.ArgumentParser) -> None:
@@ -51,9 +54,12 @@ def stated_mount(args: argparse.Namespace) -> Mount | None:
 
 
 def focal_request(args: argparse.Namespace) -> FocalRequest:
-    """Return what the options state; raises SettingsError or CameraError where they contradict each other."""
+    """Return what the options state, saying on standard error what of it is doubtful.
+
+    Raises SettingsError or CameraError where options contradict each other.
+    """
     table = CameraTable.read(args.camera_table) if args.camera_table else None
-    return FocalRequest(
+    request = FocalRequest(
         args.focal_mm,
         args.focal_35mm,
         args.focal_px,
@@ -62,6 +68,21 @@ def focal_request(args: argparse.Namespace) -> FocalRequest:
         camera_table=table,
         assume=not args.no_assume,
     )
+    if args.focal_35mm is not None and not USUAL_35MM[0] <= args.focal_35mm <= USUAL_35MM[1]:
+        _doubt(
+            f"--focal-35mm {args.focal_35mm:g} is unusual: lenses have {USUAL_35MM[0]:g} to {USUAL_35MM[1]:g} mm. "
+            "Is it right?"
+        )
+    if args.focal_mm is not None and args.sensor_mm is None:
+        _doubt(
+            "--focal-mm without --sensor-mm WxH is used only for photos whose file names a camera with a known sensor; "
+            "for the others add --sensor-mm, or give --focal-35mm F instead"
+        )
+    return request
+
+
+def _doubt(text: str) -> None:
+    print(f"proxemetry: {text}", file=sys.stderr)
 
 
 def number(text: str) -> float:

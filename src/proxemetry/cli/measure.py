@@ -47,7 +47,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "paths", nargs="*", metavar="PATH", help="photos, folders (searched all the way down), globs, URLs"
     )
-    parser.add_argument("--out", required=True, metavar="DIR", help="results folder, a path or a URL")
+    parser.add_argument(
+        "--out", default="results", metavar="DIR", help="results folder, a path or a URL (default: results)"
+    )
     _add_method(parser)
     parser.add_argument("--no-lines", action="store_true", help="do not look at the picture's straight lines")
     parser.add_argument("--no-undistort", action="store_true", help="do not straighten what the lens bent")
@@ -116,12 +118,6 @@ def run(args: argparse.Namespace) -> int:
     require_jobs(args)
     if args.safe_distance is not None and not args.safe_distance > 0:
         raise SettingsError(f"--safe-distance {args.safe_distance}: it must be a positive number of metres")
-    if args.focal_mm is not None and args.sensor_mm is None:
-        print(
-            "proxemetry: --focal-mm is of no use for photos whose file does not state the sensor: add --sensor-mm "
-            "WxH, or state --focal-35mm F instead",
-            file=sys.stderr,
-        )
     if args.overlays:
         from ..archive.figures.overlays import require_plotting
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import textwrap
 
 from ..archive.figures.focal_bases import in_words
 from ..archive.figures.totals import PhotoLine, Totals, failures, photo_lines, totals
@@ -11,14 +12,15 @@ from ..archive.store.results import Results
 from ..camera.published import quantile_mm
 from ..distances import is_vague
 from ..plots.pair_selection import VAGUE_MARK, metres_text
+from ..text_tables import terminal_width
 from .camera_options import WHAT_TO_STATE
 
 _PHOTO_LINES, _FAILED_LINES = 40, 5
 #: What was assumed, and how to do better, in one line.
 _UNTOLD = (
-    "ASSUMED  {} without a focal length: taken as published photos are (9 in 10 have a 35 mm equivalent of "
-    f"{quantile_mm(0.05):.0f} to {quantile_mm(0.95):.0f} mm), so intervals are wide; if you know better, measure "
-    "again with e.g. --focal-35mm 35 --restart (or --camera-table); --no-assume refuses"
+    "ASSUMED  {} without a focal length, taken to be like published photos (9 in 10 have a 35 mm equivalent of "
+    f"{quantile_mm(0.05):.0f} to {quantile_mm(0.95):.0f} mm), so their intervals are wide. If you know the lens, "
+    "measure again with e.g. --focal-35mm 35 --restart (or --camera-table); --no-assume gives no distances instead"
 )
 
 
@@ -32,12 +34,13 @@ def print_results(results: Results) -> int:
         _print_failed(folder, counts.failed)
     _print_totals(counts)
     if counts.untold:
-        print(_UNTOLD.format(counts.untold))
+        text = _UNTOLD.format(counts.untold)
+        print(textwrap.fill(text, terminal_width(), subsequent_indent=" " * 9))
     if counts.no_camera:
         print(
-            f"\n{WHAT_TO_STATE}\n`reason` in photos.csv states what each photo lacks. With another statement, measure"
+            f"\n{WHAT_TO_STATE}\n`reason` in photos.csv states what each photo lacks. Then measure again with --restart,"
         )
-        print("again with --restart or another --out.\n")
+        print("or into another --out.\n")
     print(f"tables in {folder.location}: photos, people and pairs as CSV and Parquet")
     return counts.failed
 
