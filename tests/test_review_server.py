@@ -15,7 +15,9 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from proxemetry.archive.figures.totals import totals
 from proxemetry.archive.review.corrections import FILE
+from proxemetry.archive.store.index import card_of, cards
 from proxemetry.archive.store.results import Results
 from proxemetry.camera import Camera, CameraEstimate
 from proxemetry.cli import main
@@ -28,7 +30,8 @@ from proxemetry.scene import Scene
 from proxemetry.settings import Settings
 from proxemetry.web.session import Query, Review
 from proxemetry.web.stores import DropStore, FolderStore
-from synthetic.reviewing import make_results, served
+from synthetic.drawn import people_at
+from synthetic.reviewing import CAMERA, draw_photo, make_results, scene_of, served, write_results
 
 PNG = b"\x89PNG\r\n\x1a\n"
 
@@ -397,3 +400,19 @@ def test_what_cannot_be_reviewed_is_one_clear_line(tmp_path: Path, capsys: pytes
         assert main(arguments) == 2
         assert len(capsys.readouterr().err.strip().splitlines()) == 1
     assert not (tmp_path / FILE).exists()
+
+
+def test_photos_with_a_person_perhaps_twice_are_picked_out(tmp_path: Path) -> None:
+    once, twice = "market/crowd.jpg", "market/two.jpg"
+    places = {once: [(-1.0, 0.1, 5.0), (1.0, 0.1, 5.0)], twice: [(0.0, 0.1, 5.0), (0.02, 0.1, 5.0)]}
+    scenes = []
+    for name, people_m in places.items():
+        draw_photo(tmp_path / "photos" / name, people_at(people_m, CAMERA))
+        scenes.append(scene_of(tmp_path / "photos" / name, name, people_m))
+    results = write_results(tmp_path / "results", tmp_path / "photos", scenes)
+    found = cards(results)
+    assert [(c.photo, c.duplicates) for c in found] == [(once, 0), (twice, 1)]
+    assert [card_of(scene).duplicates for scene in results.scenes()] == [0, 1]
+    with contextlib.closing(Review(FolderStore(results.folder.location), "ada")) as review:
+        assert [p["photo"] for p in review.page(Query(show="doubles"), 0)["photos"]] == [twice]
+    assert totals(results.folder).duplicates == 1

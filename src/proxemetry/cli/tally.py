@@ -102,6 +102,9 @@ def _print_totals(counts: Totals) -> None:
     else:
         nearest = f"median distance to the nearest other person {metres_text(counts.nearest_m)}"
         print(f"people   {counts.people}: {nearest} ({counts.with_nearest} people)")
+    if counts.duplicates:
+        who = "one" if counts.duplicates == 1 else f"{counts.duplicates} of them"
+        print(f"         {who} may be counted twice: possible_duplicate in people.csv")
     if not counts.pairs:
         print("pairs    0")
         return

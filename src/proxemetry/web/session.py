@@ -48,6 +48,7 @@ FILTERS: dict[str, Callable[[PhotoCard, frozenset[str]], bool]] = {
     "pairs": lambda s, m: s.n_pairs > 0,
     "nobody": lambda s, m: s.status == "ok" and s.n_people == 0,
     "camera": lambda s, m: s.doubtful or s.status == "no_camera",
+    "doubles": lambda s, m: s.duplicates > 0,
     "failed": lambda s, m: s.status == "failed",
     "corrected": lambda s, m: bool(m - {"checked", "note"}),
     "excluded": lambda s, m: s.status == "excluded",

@@ -44,6 +44,8 @@ def summary_view(photo_id: int, summary: PhotoCard, marks: Sequence[str]) -> dic
         "nearest_m": number(summary.nearest_m),
         "spread": number(summary.spread),
         "doubtful": summary.doubtful,
+        "assumed": summary.assumed,
+        "duplicates": summary.duplicates,
         "corrections": summary.corrections,
         "marks": list(marks),
     }

@@ -19,7 +19,8 @@ class Totals:
 
     photos: of which measured, failed, no_camera, excluded. bases: what the focal lengths of the measured rest on;
     untold: of the assumed, where nothing at all was known. copies: photos whose file is another's too. people: found;
-    nearest_m: the median distance to the nearest other person of the with_nearest who have one. pairs: with a distance.
+    nearest_m: the median distance to the nearest other person of the with_nearest who have one. duplicates: people who
+    may be others seen a second time. pairs: with a distance.
     median_m: of the distances; None without any. zone_shares: expected share of the pairs in each of Hall's zones;
     empty without pairs. uncertain: pairs in no zone more likely than not. safe_distance_m: of the run, None where none
     was asked for; below_safe: pairs nearer.
@@ -36,6 +37,7 @@ class Totals:
     people: int
     nearest_m: float | None
     with_nearest: int
+    duplicates: int
     pairs: int
     median_m: float | None
     zone_shares: Mapping[str, float]
@@ -73,7 +75,9 @@ def totals(folder: Folder) -> Totals:
         f"FROM {_table(folder, 'photos')}",
     )
     nearest = _one_row(
-        folder, f"SELECT median(nearest_m) nearest_m, count(nearest_m) with_nearest FROM {_table(folder, 'people')}"
+        folder,
+        f"SELECT median(nearest_m) nearest_m, count(nearest_m) with_nearest, "
+        f"count(*) FILTER (possible_duplicate) duplicates FROM {_table(folder, 'people')}",
     )
     expected = ", ".join(f"sum(p_{zone}) {zone}" for zone in ZONES)
     pairs = _one_row(

@@ -20,8 +20,8 @@ class PhotoCard:
     """What is known of a photo at a glance.
 
     group: the folder it lies in. nearest_m: the nearest pair's distance. spread: the widest of its intervals relative
-    to the distance; NaN where there is none. doubtful: the camera carries a flag or a guessed focal length. camera:
-    maker and model as the file names them.
+    to the distance; NaN where there is none. doubtful: the camera carries a flag or a guessed focal length; assumed:
+    the latter. duplicates: people who may be others seen a second time. camera: maker and model as the file names them.
     """
 
     photo: str
@@ -35,6 +35,8 @@ class PhotoCard:
     doubtful: bool
     corrections: int = 0
     camera: str | None = None
+    assumed: bool = False
+    duplicates: int = 0
 
     @property
     def group(self) -> str:
@@ -59,6 +61,8 @@ def card_of(scene: Scene) -> PhotoCard:
         scene.camera.is_doubtful,
         0 if scene.review is None else scene.review.corrections,
         _camera_name(scene.about.camera_make, scene.about.camera_model),
+        scene.camera.is_assumed,
+        int(scene.possible_duplicates.sum()),
     )
 
 
@@ -77,7 +81,8 @@ def cards(results: Results) -> list[PhotoCard]:
             "coalesce(n_pairs, 0), "
             "list_min(list_transform(pairs, lambda p: p.distance_m)), "
             "list_max(list_transform(pairs, lambda p: (p.high_m - p.low_m) / p.distance_m)), "
-            "coalesce(camera_flags, '') != '' OR coalesce(focal_assumed, false), camera_make, camera_model "
+            "coalesce(camera_flags, '') != '' OR coalesce(focal_assumed, false), camera_make, camera_model, "
+            "coalesce(focal_assumed, false), len(list_filter(people, lambda p: p.possible_duplicate)) "
             f"FROM {parts.every_row(results.folder)} ORDER BY photo"
         )
         .fetchall()
@@ -95,8 +100,10 @@ def cards(results: Results) -> list[PhotoCard]:
             nan_if_none(spread),
             doubtful,
             camera=_camera_name(make, model),
+            assumed=assumed,
+            duplicates=twice or 0,
         )
-        for photo, sha256, status, reason, people, pairs, nearest, spread, doubtful, make, model in rows
+        for photo, sha256, status, reason, people, pairs, nearest, spread, doubtful, make, model, assumed, twice in rows
     ]
 
 

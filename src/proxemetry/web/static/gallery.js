@@ -5,7 +5,7 @@ import { html, metres, plural } from "./elements.js";
 
 const SHOWS = {
   all: "All photos", unchecked: "Not yet reviewed", pairs: "With distances", nobody: "No people found",
-  camera: "Camera doubtful or unknown", failed: "Could not be read", corrected: "Corrected", excluded: "Excluded",
+  camera: "Camera doubtful or unknown", doubles: "A person perhaps twice", failed: "Could not be read", corrected: "Corrected", excluded: "Excluded",
   notes: "With a note",
 };
 const SORTS = { name: "Name", uncertain: "Least certain first", nearest: "Nearest pair first", people: "Most people first" };
@@ -58,7 +58,9 @@ function card(photo, query) {
     photo.status === "excluded" && ["excluded", ""],
     photo.status === "no_camera" && ["no focal length", "warn"],
     photo.status === "failed" && ["not read", "warn"],
-    photo.doubtful && photo.status === "ok" && ["camera doubtful", "warn"],
+    photo.assumed && photo.status === "ok" && ["lens assumed", ""],
+    photo.doubtful && !photo.assumed && photo.status === "ok" && ["camera doubtful", "warn"],
+    photo.duplicates > 0 && ["a person perhaps twice", "warn"],
     photo.spread > 1 && ["wide interval", ""],
     photo.corrections > 0 && [plural(photo.corrections, "correction", "corrections"), "done"],
     photo.marks.includes("checked") && ["reviewed", "done"],
