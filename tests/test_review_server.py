@@ -413,6 +413,6 @@ def test_photos_with_a_person_perhaps_twice_are_picked_out(tmp_path: Path) -> No
     found = cards(results)
     assert [(c.photo, c.duplicates) for c in found] == [(once, 0), (twice, 1)]
     assert [card_of(scene).duplicates for scene in results.scenes()] == [0, 1]
-    with contextlib.closing(Review(FolderStore(results.folder.location), "ada")) as review:
-        assert [p["photo"] for p in review.page(Query(show="doubles"), 0)["photos"]] == [twice]
+    review = Review(FolderStore(results.folder.location), "ada")
+    assert [p["photo"] for p in review.page(Query(show="doubles"), 0)["photos"]] == [twice]
     assert totals(results.folder).duplicates == 1
