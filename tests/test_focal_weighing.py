@@ -225,6 +225,38 @@ def test_made_smaller_with_all_sizes_renewed_is_never_a_narrow_wrong_answer(
         assert any(holds(estimate.camera, f_px) for f_px in (low, truth, high))
 
 
+#: Compact cameras that no database names: sensor's width and pixels along the long side, by their makers' data sheets.
+COMPACTS = ((5.75, 3264), (6.17, 3648), (6.17, 4608), (6.17, 5152), (7.18, 3648), (7.5, 4416), (8.8, 4000))
+
+
+def of_compact(width_mm: float, pixels: int, long_side: int) -> tuple[Camera, float]:
+    """Return the camera found of a file with all its sizes renewed, and the truth: a 6 mm lens."""
+    height = round(long_side * 0.75)
+    metadata = Metadata(
+        make="Acme", model="Snap 9", focal_mm=6.0, focal_plane_px_per_mm=pixels / width_mm, date="2012-05-01",
+        stored_width_px=long_side, stored_height_px=height,
+    )  # fmt: skip
+    camera = estimate_camera(Photo("a.jpg", long_side, height, "", metadata)).camera
+    assert camera is not None
+    return camera, 6.0 * long_side / width_mm
+
+
+@pytest.mark.parametrize("width_mm, pixels", COMPACTS)
+@pytest.mark.parametrize("long_side", [800, 1600, 2000, 3000, 3500, 3840])
+def test_a_compact_cameras_photo_made_smaller_holds_its_truth(width_mm: float, pixels: int, long_side: int) -> None:
+    if long_side < pixels:
+        camera, truth = of_compact(width_mm, pixels, long_side)
+        assert holds(camera, truth)
+
+
+@pytest.mark.parametrize("width_mm, pixels", COMPACTS)
+def test_a_compact_cameras_whole_photo_is_right_and_mostly_narrow(width_mm: float, pixels: int) -> None:
+    camera, truth = of_compact(width_mm, pixels, pixels)
+    assert camera.f_px == pytest.approx(truth)
+    # 3264 and 4000 are what photos are made smaller to, too
+    assert half_width(camera) < (1.36 if pixels in (3264, 4000) else 1.04)
+
+
 def test_sensors() -> None:
     full = sensor_of((36.0, 24.0), (6000, 4000))
     assert full is not None and full.name == "35 mm"

@@ -13,6 +13,8 @@ from hypothesis import strategies as st
 from proxemetry.arrays import FloatArray
 from proxemetry.camera import Camera
 from proxemetry.camera.lines import focal_from_lines, gravity_from_lines
+from proxemetry.camera.lines.focal import ONE_DIRECTION, _moved, focal_profile, read_focal
+from proxemetry.camera.lines.gravity import TOO_FEW
 from proxemetry.camera.lines.mixture import evaluate, lines_of
 from proxemetry.camera.lines.model import N_PARAMETERS, PRIOR, vanishing_points
 from synthetic.line_scenes import STRAIGHT, WITHOUT, LineScene, exact_scene, line_scene
@@ -181,3 +183,44 @@ def test_the_cost_goes_down_its_slope() -> None:
         step = 3e-4 * np.eye(N_PARAMETERS)[k]  # single precision
         up, down = (evaluate(lines, rows + s, shares, PRIOR)[0].cost for s in (step, -step))
         assert float(slope[0, k]) == pytest.approx(float((up - down)[0] / 6e-4), rel=0.12, abs=0.7)
+
+
+def test_walls_at_odd_angles_widen_the_interval() -> None:
+    """A level camera between two walls that are not at right angles: the right angle is likely, and not certain."""
+    odd = exact_scene(0.0, 0.0, 700.0, 640, 480, azimuths_deg=(20.0, 95.0), each=12)
+    square = exact_scene(0.0, 0.0, 700.0, 640, 480, azimuths_deg=(35.0, 125.0), each=12)
+    profiles = [focal_profile(scene.segments_px, 640, 480) for scene in (odd, square)]
+    true = math.log(700 / 800)
+    for profile in profiles:
+        assert not isinstance(profile, str)
+        # five degrees of skew and more cost little more than ten times as much: about ln(0.9 / 0.1 x density)
+        lost = float(profile.log_likelihood.max() - profile.at(np.array([true]))[0])
+        assert lost < 8
+
+
+def test_a_long_lens_tells_the_pitch_less_surely() -> None:
+    found = [
+        gravity_from_lines(exact_scene(12.0, 0.0, f, 640, 480, (35.0, 125.0), each=40).segments_px,
+                           Camera.centred(f, 640, 480)) for f in (700.0, 2800.0)
+    ]  # fmt: skip
+    assert found[0] is not None and found[1] is not None
+    # 0.4 degrees a diagonal of focal length, 800 px here, beside one degree
+    assert found[0].pitch_sd_deg >= math.hypot(1.0, 0.4 * 700 / 800)
+    assert found[1].pitch_sd_deg >= math.hypot(1.0, 0.4 * 2800 / 800)
+
+
+def test_a_focal_length_of_the_profile_is_one_explanation_followed() -> None:
+    """Hypotheses that are moved to another focal length keep where their lines vanish, as far as they can."""
+    rows = np.zeros((1, N_PARAMETERS))
+    rows[0, [0, 1, 2, 3, 4]] = 0.1, 0.0, 0.0, 0.4, 0.05
+    moved = _moved(rows, np.array([0.5]))
+    before, after = vanishing_points(rows)[0][0], vanishing_points(moved)[0][0]
+    for k in (0, 1, 2):
+        at = before[k, :2] / before[k, 2], after[k, :2] / after[k, 2]
+        np.testing.assert_allclose(at[0][1 if k == 0 else 0], at[1][1 if k == 0 else 0], rtol=0.06)
+
+
+def test_why_the_focal_length_stays_open_is_said() -> None:
+    wall = exact_scene(0.0, 0.0, 700.0, 640, 480, azimuths_deg=(35.0,), each=40)
+    assert read_focal(wall.segments_px, 640, 480) == ONE_DIRECTION
+    assert read_focal(np.zeros((0, 4)), 640, 480) == TOO_FEW

@@ -20,7 +20,7 @@ from .estimate import CameraEstimate, Candidate, Testimony, Witness
 from .focal import flags_beside_focal
 from .frame import Frame, frame_of
 from .from_people.self_calibration import FocalPosterior, focal_posterior
-from .lines.focal import NO_STRUCTURE, TRUSTED, WEAK_PRIOR, WIDEST, FocalProfile, focal_profile
+from .lines.focal import NO_STRUCTURE, ONE_DIRECTION, TRUSTED, WEAK_PRIOR, WIDEST, FocalProfile, focal_profile
 from .published import FULL_FRAME_DIAGONAL_MM, log_density, quantile_mm
 from .sources import Doubt, Flag, FocalSource, Source
 
@@ -169,6 +169,8 @@ def _of_lines(profile: FocalProfile, count: int, diagonals_a_mm: float, unit: fl
         words, counted = f"tell nothing: {NO_STRUCTURE} ({count} segments)", False
     else:
         says = "leave it open" if high - low > WIDEST else f"say {math.exp(middle):.0f} mm"
+        if profile.one_direction:
+            says = f"({ONE_DIRECTION}) {says}"
         words = f"{count} segments {says}: {_millimetres(low, high)}, believed to {profile.trust:.0%}"
         counted = True
     return _believed(log, profile.trust, candidate, Testimony(Witness.LINES, words, counted))

@@ -42,9 +42,21 @@ _CROP_MODE_TOLERANCE = 0.035
 #: A crop to the sensor's own shape leaves no trace where its metadata were rewritten. Larger cuts are the rarer story:
 #: few people throw away 60 % of the picture and keep its shape, while most photos are made smaller.
 _LIKELY_CROP = 1.6
-#: Pixels along the long side: of today's cameras with a sensor wider than 13 mm, and of compact cameras since a year.
+#: Pixels along the long side of today's cameras with a sensor wider than 13 mm.
 _LARGE_MM, _LARGE_SENSORS_PX = 13.0, 4900
-_COMPACTS_PX, _COMPACTS_SINCE = 2500, "2005"
+#: Long sides of the pictures of compact cameras as they come from the sensor (makers' data sheets, 1999 to 2014, all
+#: shapes); a photo made smaller has another one, mostly. Several of these are what pictures are made smaller to.
+_COMPACTS_PX = frozenset({
+    1024, 1280, 1600, 1632, 2048, 2080, 2112, 2240, 2272, 2288, 2304, 2560, 2576, 2592, 2608, 2640, 2816, 2832, 2848,
+    2880, 2896, 3008, 3056, 3060, 3072, 3096, 3136, 3152, 3200, 3264, 3296, 3328, 3456, 3488, 3552, 3584, 3616, 3648,
+    3664, 3680, 3712, 3776, 3888, 3968, 4000, 4032, 4048, 4096, 4128, 4160, 4224, 4256, 4288, 4320, 4352, 4384, 4416,
+    4608, 4640, 4752, 4768, 4896, 4912, 5120, 5152, 5184, 5248, 5312, 5472,
+})  # fmt: skip
+_ALSO_MADE_SMALLER_TO = frozenset({1024, 1280, 1600, 2048, 2560, 3072, 3200, 3264, 4000, 4096})
+#: Compact cameras with a smaller sensor than 1/2.5 inch had fewer pixels than this along the long side, until a year.
+_SMALL_COMPACTS_MM, _SMALL_COMPACTS_PX, _COMPACTS_SINCE = 5.6, 2700, "2006"
+#: A photo of such a size that was made smaller was so by less than this, mostly.
+_LITTLE_SMALLER = 1.35
 #: Such a crop's share, with which the optical centre is unknown.
 _CROP_SHARE = 0.4
 
@@ -187,7 +199,7 @@ def _part(photo: Photo, plane: Candidate, implied: _Implied, whole: Verdict | No
 def _plane_alone(photo: Photo, plane: Candidate, implied: _Implied, frame: Frame) -> Verdict | None:
     """Weigh a resolution that nothing else confirms: is there such a sensor, and was the file made smaller since?"""
     metadata = photo.metadata
-    as_stored = metadata.stored_width_px is not None and not metadata.edited_by and _is_of_its_time(photo)
+    as_stored = metadata.stored_width_px is not None and not metadata.edited_by and _is_of_its_time(photo, implied)
     untouched = metadata.raw or frame.is_tied or as_stored
     if implied.sensor is not None and untouched:
         return Verdict(plane, frame, f"it implies a sensor that exists ({implied.sensor.name})")
@@ -198,6 +210,9 @@ def _plane_alone(photo: Photo, plane: Candidate, implied: _Implied, frame: Frame
         if not smaller:
             return verdict
         held = verdict.holding(min(smaller, key=lambda c: c.focal_px))
+        if _may_be_native(photo, implied):
+            near = [c for c in smaller if c.focal_px * _LITTLE_SMALLER > plane.focal_px]
+            held = verdict.holding(min(near, key=lambda c: c.focal_px)) if near else verdict
         return replace(held, flags=(Flag(Doubt.SENSOR, "nothing shows that the photo has its first size still"),))
     if not candidates:
         return None
@@ -211,16 +226,29 @@ def _plane_alone(photo: Photo, plane: Candidate, implied: _Implied, frame: Frame
     )
 
 
-def _is_of_its_time(photo: Photo) -> bool:
+def _is_of_its_time(photo: Photo, implied: _Implied) -> bool:
     """Whether a photo has as many pixels as a camera had that the lens database does not know.
 
     The database has nearly all cameras with a large sensor but the latest, whose pictures are larger than what was made
-    smaller for a page; compact cameras had 5 megapixels from 2005 on.
+    smaller for a page. Of a compact camera the long side must be one that such cameras had and that nobody makes photos
+    smaller to.
     """
-    metadata, long_side = photo.metadata, max(photo.width, photo.height)
-    if (metadata.focal_plane_px_per_mm or math.inf) * _LARGE_MM <= long_side:
+    long_side = max(photo.width, photo.height)
+    if max(implied.size_mm) >= _LARGE_MM:
         return long_side >= _LARGE_SENSORS_PX
-    return long_side >= _COMPACTS_PX or (metadata.date or "9999") < _COMPACTS_SINCE
+    return long_side in _COMPACTS_PX - _ALSO_MADE_SMALLER_TO and not _is_too_small(photo, implied)
+
+
+def _may_be_native(photo: Photo, implied: _Implied) -> bool:
+    """Whether a long side is one that compact cameras have, and that photos are made smaller to alike."""
+    long_side = max(photo.width, photo.height)
+    return long_side in _COMPACTS_PX and max(implied.size_mm) < _LARGE_MM and not _is_too_small(photo, implied)
+
+
+def _is_too_small(photo: Photo, implied: _Implied) -> bool:
+    """Whether a sensor is smaller than compact cameras had when they had so many pixels."""
+    many = max(photo.width, photo.height) > _SMALL_COMPACTS_PX or (photo.metadata.date or "9999") >= _COMPACTS_SINCE
+    return max(implied.size_mm) < _SMALL_COMPACTS_MM and many
 
 
 def _joined(detail: str, more: str) -> str:

@@ -30,14 +30,11 @@ WEAK_PRIOR = (math.log(35 / 43.267), 0.7)
 TRUSTED = 0.95
 #: 90 % intervals of log f wider than this tell little more than that it is a photo.
 WIDEST = 0.6
-#: Less log evidence than this tells no focal length (York Urban's pictures have 7 and more, most of them over 30), nor
-#: does a second level direction of fewer independent segments.
-_STRONG, _SECOND = 10.0, 1.5
-#: Walls that are not quite straight, lenses that bend: doubt of log f that more segments do not lessen.
-_SYSTEMATIC = 0.03
+#: A level direction of fewer independent segments than this is none to speak of.
+_SECOND = 1.5
 OPEN = "the lines leave the focal length open"
 NO_STRUCTURE = "no straight structure that tells the focal length"
-ONE_DIRECTION = "level lines run along one direction alone, and it takes two"
+ONE_DIRECTION = "level lines run along one direction alone"
 
 
 @dataclass(frozen=True)
@@ -53,12 +50,14 @@ class FocalFromLines:
 class FocalProfile:
     """What segments say of every focal length: log f in diagonals, rising, and the log likelihood, both (G,).
 
-    trust: the probability that what they show is gravity's frame; the likelihood counts with that.
+    trust: the probability that what they show is gravity's frame; the likelihood counts with that. one_direction:
+    whether level lines run along one direction alone, so that a level camera's focal length stays open.
     """
 
     log_f: FloatArray
     log_likelihood: FloatArray
     trust: float
+    one_direction: bool
 
     def at(self, log_f: FloatArray) -> FloatArray:
         """Return the log likelihood of log focal lengths in diagonals; what is outside the profile is as its end."""
@@ -93,7 +92,7 @@ def read_focal(segments_px: ArrayLike, width: int, height: int) -> FocalFromLine
         return NO_STRUCTURE
     low, middle, high = profile.quantiles(*WEAK_PRIOR)
     if high - low > WIDEST:
-        return OPEN
+        return ONE_DIRECTION if profile.one_direction else OPEN
     diagonal = math.hypot(width, height)
     return FocalFromLines(*(math.exp(value) * diagonal for value in (middle, low, high)))
 
@@ -133,18 +132,8 @@ def focal_profile(
     order = np.argsort(log_f)
     log_f, log = log_f[order], nothing_cost(lines) - lowest[order]
     evidence, likeliest = _evidence(log_f, log), int(fine_cost.argmin())
-    if evidence < _STRONG:
-        return NO_STRUCTURE
-    if finer.support(lines)[likeliest, 1:].min() < _SECOND:
-        return ONE_DIRECTION
-    trust = trust_of(lines, finer, evidence, likeliest)
-    return FocalProfile(log_f, _blurred(log_f, log), trust)
-
-
-def _blurred(log_f: FloatArray, log: FloatArray) -> FloatArray:
-    """Return a log likelihood (G,) with the doubt that more segments do not lessen."""
-    weight = np.exp(-0.5 * ((log_f[:, None] - log_f) / _SYSTEMATIC) ** 2) * np.gradient(log_f)
-    return np.log(weight @ np.exp(log - log.max()) / weight.sum(axis=1)) + log.max()
+    one_direction = bool(finer.support(lines)[likeliest, 1:].min() < _SECOND)
+    return FocalProfile(log_f, log, trust_of(lines, finer, evidence, likeliest), one_direction)
 
 
 def _moved(rows: FloatArray, log_f: FloatArray) -> FloatArray:

@@ -93,7 +93,7 @@ PRIOR = Prior(
     mean=np.zeros(N_PARAMETERS),
     sd=np.array([*np.radians([10.0, 1.5]), 10.0, math.pi / 2, *np.radians([1.0, 0.7, 0.7]), 0.008, 0.008]),
     tail=np.array([1.0, 1.5, np.inf, np.inf, 1.0, 2.0, 2.0, np.inf, np.inf]),
-    odd=0.15,
+    odd=0.1,
 )
 
 
