@@ -15,8 +15,11 @@ from hypothesis import strategies as st
 from test_photo_metadata import xmp_of
 
 from proxemetry.camera import Camera, CameraEstimate, Doubt, FocalSource
+from proxemetry.camera.choice import choose_camera
 from proxemetry.camera.focal import FocalRequest, estimate_camera
 from proxemetry.camera.sensors import SENSORS, sensor_of, sensors_of_pixels
+from proxemetry.people import People
+from proxemetry.people.skeleton import COCO_17
 from proxemetry.photo import Photo
 from proxemetry.photo.metadata import Crop, Metadata, Projection
 from synthetic.camera_files import (
@@ -290,6 +293,8 @@ def test_what_is_not_one_perspective_has_no_focal_length(name: str, tmp_path: Pa
 def test_a_strip_is_marked_and_a_portrait_mode_is_not() -> None:
     strip = estimate_camera(Photo("a.jpg", 8000, 2000, "", Metadata(focal_35mm=28.0)))
     assert any(flag.doubt is Doubt.PROJECTION for flag in strip.flags)
+    bare = choose_camera(Photo("a.jpg", 640, 218, ""), People.none(COCO_17), FocalRequest(), None, None)
+    assert bare.is_assumed and any(flag.doubt is Doubt.PROJECTION for flag in bare.flags)
     portrait = estimate_camera(Photo("a.jpg", 4032, 3024, "", Metadata(focal_35mm=52.0)))
     assert not portrait.flags
 

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Any
 
 from .camera import Camera
 from .mount import Mount
-from .sources import Doubt, Flag, Source
+from .sources import Flag, Source
 
 
 @dataclass(frozen=True)
@@ -69,7 +69,8 @@ class CameraEstimate:
     camera is None where no focal length is known; reason then states why and what to do. lens names the lens whose
     distortion the camera has, and where it is from; None where it has none. mount: what is known of the camera's place
     before the people are seen, or None. why says what spoke for the chosen candidate; testimony, what the picture and
-    its people were asked, and what they answered.
+    its people were asked, and what they answered. one_perspective: False where the file is known to be put together
+    from several pictures; it is not kept with a scene.
     """
 
     camera: Camera | None
@@ -80,6 +81,7 @@ class CameraEstimate:
     mount: Mount | None = None
     why: str = ""
     testimony: tuple[Testimony, ...] = ()
+    one_perspective: bool = field(default=True, compare=False)
 
     @property
     def source(self) -> Source | None:
@@ -93,8 +95,8 @@ class CameraEstimate:
 
     @property
     def may_be_guessed(self) -> bool:
-        """Whether there is a focal length to be found by other means: a panorama has none."""
-        return not any(flag.doubt is Doubt.PROJECTION for flag in self.flags)
+        """Whether there is a focal length to be found by other means: a photo sphere has none."""
+        return self.one_perspective
 
     @property
     def is_doubtful(self) -> bool:

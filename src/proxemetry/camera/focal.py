@@ -48,7 +48,8 @@ def estimate_camera(photo: Photo, request: FocalRequest | None = None) -> Camera
     projection = projection_of(photo)
     if projection is not None and not any(c.source.kind is FocalSource.CAMERA_TABLE for c in candidates):
         reason = f"not a picture of one perspective ({projection}): there is no focal length to measure by"
-        return CameraEstimate(None, candidates, (*remarks, *_on_perspective(photo)), reason, mount=mount)
+        flags = (*remarks, *_on_perspective(photo))
+        return CameraEstimate(None, candidates, flags, reason, mount=mount, one_perspective=False)
     verdict = None if unusable else _verdict(photo, answers, frame)
     if verdict is None:
         missing = _what_is_missing(photo, stated_mm)
