@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from proxemetry.annotate.places import MOST_TAGS, Places, Spot, Tape, solve
 from proxemetry.annotate.places.contradiction import chi2_bound
+from proxemetry.annotate.places.layout import laid_out
 from proxemetry.annotate.places.network import Network
 from proxemetry.errors import SettingsError
 
@@ -71,6 +72,21 @@ def test_a_point_of_a_tape_halves_where_two_pull():
     """A mark typed at 0 and taped at 1.02 m from a mark typed at 1: the three errors of 1 cm share the 2 cm."""
     found = solve([], [Tape("P0", "P1", 1.03)], [Spot("P0", 0, 0), Spot("P1", 1, 0)])
     assert solved(found, "P0", "P1") == pytest.approx(1.02, abs=1e-6)
+
+
+@pytest.mark.parametrize(("spots", "free"), [(0, 0), (1, 0), (2, 1), (3, 3)])
+def test_how_many_measurements_are_beyond_the_needed(spots, free):
+    """Three marks, three tapes: a triangle floats by 3, turns about one coordinate, and is checked by two and more."""
+    triangle = {"P0": (0.0, 0.0), "P1": (3.0, 0.0), "P2": (0.0, 4.0)}
+    assert solve([], taped(triangle), [Spot(t, *triangle[t]) for t in list(triangle)[:spots]]).free == free
+
+
+def test_the_first_layout_is_exact_where_every_mark_is_taped_to_three():
+    places = np.array(list(OUTDOOR.values()), dtype=float)
+    links = [(a, b, float(np.linalg.norm(places[a] - places[b]))) for a, b in itertools.combinations(range(8), 2)]
+    laid = laid_out(8, links)
+    for a, b, metres in links:
+        assert np.linalg.norm(laid[a] - laid[b]) == pytest.approx(metres, abs=1e-6)
 
 
 # Laws
@@ -209,6 +225,18 @@ def test_a_misread_tape_is_pointed_at_with_what_the_others_say(by_m):
     assert suspect.measurement is tapes[wrong]
     assert suspect.expected_m == pytest.approx(apart(OUTDOOR, "P1", "P4"), abs=0.03)
     assert abs(suspect.expected_m - apart(OUTDOOR, "P1", "P4")) < 4 * suspect.expected_sd_m
+
+
+def test_a_small_slip_in_a_well_taped_shoot_is_found_by_its_own_residual():
+    """6 cm on one of 28 tapes: their sum of squares is as usual, that one residual is 4 of its own deviations."""
+    tapes = taped(OUTDOOR)
+    wrong = next(k for k, t in enumerate(tapes) if t.ends == {"P1", "P4"})
+    tapes[wrong] = Tape("P1", "P4", tapes[wrong].metres + 0.06)
+    found = solve([], tapes, [])
+    assert sum((f.residual_m / 0.01) ** 2 for f in found.fits) < chi2_bound(found.free)
+    assert found.contradiction is not None
+    assert [s.measurement for s in found.contradiction.suspects] == [tapes[wrong]]
+    assert max(found.fits, key=lambda f: abs(f.z)).measurement is tapes[wrong]
 
 
 def test_a_mistyped_coordinate_is_pointed_at():

@@ -93,6 +93,8 @@ def test_no_point_is_proposed_outside_the_picture_nor_eyes_of_which_one_is() -> 
     people = People(COCO_17, keypoints, np.isfinite(keypoints).all(axis=-1) * 0.9)
     (person,) = proposed_people(people, 100, 100, 7)
     assert person == {"person": 7, "points": {"Shoulder": [75, 50], "Torso": [75, 85]}}
+    (left, right) = proposed_people(people_at([TWO[1], TWO[0]], CAMERA), WIDTH, HEIGHT, 0)
+    assert left["points"]["Head"][0] < right["points"]["Head"][0] and (left["person"], right["person"]) == (0, 1)
     unsure = replace(people, scores=people.scores * 0.2)
     assert proposed_people(unsure, 200, 200, 0) == []
 
@@ -352,6 +354,23 @@ def test_lenses_come_from_the_file_and_then_from_who_states_them(photos: Path) -
     assert project.check() == []
     project.act(0, "set_lens", {"scope": "all", "lens": None})
     assert not (project.out / "focal_lengths.csv").exists() and not (project.out / CAMERA_TABLE).exists()
+
+
+def test_an_upright_photos_sensor_is_turned_with_it(tmp_path: Path) -> None:
+    """50 mm on a 30 x 20 mm sensor: 6000 pixels along the long side, whichever way the camera was held."""
+    (tmp_path / "body_pixel_locations.csv").write_text("P0,Head,5,6,a.jpg,4000,6000\nP0,Head,5,6,b.jpg,6000,4000\n")
+    (tmp_path / "ground_truth_locations.csv").write_text("0,C0,0,0,0\n0,P0,0,0,5000\n")
+    (tmp_path / "camera_locations_photoshoot_identifiers.csv").write_text("0,C0,a.jpg\n0,C0,b.jpg\n")
+    head = "filename,focal_length_mm,sensor_width_mm,sensor_height_mm\n"
+    (tmp_path / "focal_lengths.csv").write_text(f"{head}a.jpg,50,30,20\nb.jpg,50,30,20\n")
+    assert check_labels(tmp_path) == []
+    for image in read_labels(tmp_path):
+        camera = camera_of_labels(image).camera
+        assert camera is not None and camera.f_px == pytest.approx(10_000)
+    (tmp_path / "focal_lengths.csv").write_text(f"{head}a.jpg,50,0,20\n")
+    assert "sensor_width_mm is '0'" in str(check_labels(tmp_path)[0])
+    with pytest.raises(LabelsError, match="must be positive"):
+        read_labels(tmp_path)
 
 
 def test_a_files_own_lens_has_the_sensor_that_its_pixels_imply(tmp_path: Path) -> None:

@@ -90,7 +90,7 @@ def photo_view(project: Project, identity: int) -> dict[str, Any]:
     """Return everything about one photo."""
     photo, notes = project.photo(identity), project.notes(identity)
     before = next((project.notes(k) for k in range(identity - 1, -1, -1)
-                   if project.notes(k).shoot == notes.shoot and project.notes(k).named), None)  # fmt: skip
+                   if _from_one_place(project.notes(k), notes)), None)  # fmt: skip
     return {
         "id": identity,
         "name": photo.name,
@@ -115,6 +115,11 @@ def photo_view(project: Project, identity: int) -> dict[str, Any]:
         "total": len(project.photos),
         **history_view(project.history),
     }
+
+
+def _from_one_place(before: PhotoNotes, notes: PhotoNotes) -> bool:
+    """Whether people stand on a photo from left to right as on an earlier one, on which somebody is named."""
+    return bool(before.named) and (before.shoot, before.camera) == (notes.shoot, notes.camera)
 
 
 def _left_to_right(notes: PhotoNotes) -> list[str]:

@@ -79,7 +79,7 @@ class PlacesView {
     const rows = tapes.map((t) => html("tr", { class: t.suspect ? "suspect" : "", "data-tape": `${t.a}-${t.b}` },
       html("th", { scope: "row", text: `${t.a} – ${t.b}` }),
       html("td", {}, html("input", { type: "text", inputmode: "decimal", class: "metres", autocomplete: "off", "data-control": `${t.a}${t.b}`, "aria-label": `Distance ${t.a} to ${t.b}, metres`, value: String(t.metres), onchange: (e) => this.tape(t.a, t.b, e.target, t) })),
-      html("td", { class: "num", text: t.residual_m === null ? "–" : t.checked ? centimetres(t.residual_m) : "unchecked" }),
+      html("td", { class: t.checked ? "num off-by" : "num", text: t.residual_m === null ? "–" : t.checked ? centimetres(t.residual_m) : "unchecked" }),
       html("td", { class: "status", text: t.suspect ? `others say ${t.expected_m.toFixed(2)} m ± ${(t.expected_sd_m * 164.5).toFixed(1)} cm` : t.checked && t.z !== null && Math.abs(t.z) > 2 ? "a little off" : "" }),
       html("td", {}, html("button", { type: "button", "aria-label": `Remove the tape ${t.a} to ${t.b}`, onclick: () => this.act("set_tape", { a: t.a, b: t.b, metres: null }), text: "×" }))));
     const known = html("datalist", { id: "tags" }, tags.map((t) => html("option", { value: t.tag, label: t.name })));
@@ -91,7 +91,7 @@ class PlacesView {
       html("button", { type: "submit", class: "first", text: "Add tape" }), known);
     const missing = this.missing();
     this.tapes.replaceChildren(html("h2", { text: "Taped distances" }),
-      rows.length ? html("table", {}, html("thead", {}, html("tr", {}, ["Between", "Metres", "Off by", "", ""].map((text) => html("th", { scope: "col", text })))), html("tbody", {}, rows)) : "",
+      rows.length ? html("table", { class: "tapes" }, html("thead", {}, html("tr", {}, ["Between", "Metres", "Off by", "", ""].map((text) => html("th", { scope: "col", text })))), html("tbody", {}, rows)) : "",
       form, html("p", { class: "hint", text: "From mark to mark along the floor. Off by: taped less what all measurements together say. ± is one standard deviation, 1 cm unless you know better." }),
       missing ? html("p", {}, "Next: ", html("button", { type: "button", onclick: () => this.prepare(missing), text: `${missing[0]} – ${missing[1]}` })) : "");
   }
