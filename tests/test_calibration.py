@@ -302,7 +302,7 @@ def test_the_interval_counts_people_not_detections():
 def test_nobody_upright_tells_nothing():
     gathered = Gathered()
     gathered.add(People.none(COCO_17), [])
-    with pytest.raises(CameraError, match="nobody"):
+    with pytest.raises(CameraError, match="no person"):
         from_people(gathered, LENS)
 
 

@@ -168,7 +168,7 @@ def test_the_critical_density_is_the_intercept():
     ("density", "near", "seconds", "said"),
     [
         (lambda n, e: 0.15 + 0.02 * n + 0.2 * e, lambda e: e % 4, 300, "prediction interval"),
-        (lambda n, e: 0.15 + 0 * n, lambda e: 0 * e, 300, "nobody came within"),
+        (lambda n, e: 0.15 + 0 * n, lambda e: 0 * e, 300, "no two people came within"),
         (lambda n, e: 0.15 + 0.02 * n, lambda e: e % 3, 30, "stretches of 10 s"),
         (lambda n, e: 0.35 - 0.02 * n, lambda e: e % 3, 300, "does not grow"),
     ],

@@ -23,7 +23,7 @@ _XMP_WITHIN = 1 << 20
 
 
 def from_xmp(path: str | Path, camera: Camera | None = None) -> Mount | None:
-    """Return where a drone's photo was taken from, or None where its file does not say."""
+    """Return where a drone's photo was taken from, or None where its file does not state it."""
     with open_file(path) as file:
         found = dict(_XMP.findall(file.read(_XMP_WITHIN)))
     height, pitch = found.get(b"RelativeAltitude"), found.get(b"GimbalPitchDegree")
@@ -35,7 +35,7 @@ def from_xmp(path: str | Path, camera: Camera | None = None) -> Mount | None:
 def from_subtitles(path: str | Path, camera: Camera | None = None) -> Mount:
     """Return where a drone hovered while it filmed, from its .SRT file.
 
-    Raises CameraError where the file does not say, or the drone moved: then there is no one place.
+    Raises CameraError where the file does not state it, or the drone moved: then there is no one place.
     """
     try:
         text = read_bytes(path).decode(errors="replace")

@@ -21,7 +21,7 @@ _ON_A_LINE = "they lie on one line, or all but one do: take points that span an 
 def homography(source: FloatArray, target: FloatArray) -> FloatArray:
     """Return the matrix (3, 3) that takes points (N, 2) of one plane to those of another, N >= 4, by linear equations.
 
-    Raises CameraError where the points do not tell it.
+    Raises CameraError where the points do not determine it.
     """
     a, from_source = _normalised(source)
     b, from_target = _normalised(target)
@@ -30,7 +30,7 @@ def homography(source: FloatArray, target: FloatArray) -> FloatArray:
     system = np.concatenate([across, np.column_stack([0 * plain, plain, -b[:, 1:] * plain])])
     _, size, rows = np.linalg.svd(system, full_matrices=True)
     if size[7] < _LEAST_RANK * size[0]:
-        raise CameraError(f"the points tell no camera: {_ON_A_LINE}")
+        raise CameraError(f"the points determine no camera: {_ON_A_LINE}")
     return np.linalg.inv(from_target) @ rows[-1].reshape(3, 3) @ from_source
 
 
@@ -39,13 +39,13 @@ def _normalised(points: FloatArray) -> tuple[FloatArray, FloatArray]:
     middle = points.mean(axis=0)
     size = float(np.linalg.norm(points - middle, axis=1).mean()) / math.sqrt(2)
     if not size > 0:
-        raise CameraError("the points tell no camera: they are all the same one")
+        raise CameraError("the points determine no camera: they are all the same one")
     matrix = np.array([[1 / size, 0, -middle[0] / size], [0, 1 / size, -middle[1] / size], [0, 0, 1]])
     return (points - middle) / size, matrix
 
 
 def focal_of(floor_to_px: FloatArray, centre_px: tuple[float, float], aspect: float) -> float | None:
-    """Return the focal length along x, in pixels, of which a homography is the picture, or None where it tells none.
+    """Return the focal length along x, in pixels, of which a homography is the picture, or None where it fixes none.
 
     aspect: fx / fy. The images of the floor's two axes are at right angles and of one scale, which are two equations.
     """

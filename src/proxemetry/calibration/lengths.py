@@ -1,4 +1,4 @@
-"""Taped lengths on the floor: what they add to what is known of a camera's place, or tell of it alone."""
+"""Taped lengths on the floor: what they add to what is known of a camera's place, or determine alone."""
 
 from __future__ import annotations
 
@@ -55,14 +55,16 @@ def with_lengths(
 ) -> tuple[Mount, FloatArray]:
     """Return a mount with what taped lengths add to it, and how much longer each was taped than it comes out, metres.
 
-    The mount may know nothing but its camera: two lengths or more then tell its pitch and height, the better the more
-    one of them runs away from the camera. Raises CameraError where there are too few, or an end is no floor.
+    The mount may know nothing but its camera: two lengths or more then determine its pitch and height, the better the
+    more one of them runs away from the camera. Raises CameraError where there are too few, or an end is no floor.
     """
     if mount.camera is None:
         raise CameraError("lengths need a focal length: state one, or give four points of the floor")
     known = mount.known
     if not len(lengths) or (len(lengths) < 2 and not {0, 2} & set(known.tolist())):
-        raise CameraError("one length alone tells no camera: it takes two, in different directions, or people besides")
+        raise CameraError(
+            "one length alone determines no camera: it takes two, in different directions, or people besides"
+        )
     mean, precision = _beforehand(mount)
     root = np.linalg.cholesky(precision).T
 

@@ -20,9 +20,9 @@ from ..people.keypoint_noise import apparent_stature_px
 
 #: Who is seen more seldom in frames that follow each other is left out: what flickers is no person.
 LEAST_SEEN = 5
-#: So many detections are fitted together, and so many of one person; more take longer and say hardly more.
+#: So many detections are fitted together, and so many of one person; more take longer and add little.
 MOST_DETECTIONS, MOST_OF_A_PERSON = 400, 30
-#: Fewer different people than this make no calibration that anybody should rely on.
+#: Fewer different people than this make no calibration to rely on.
 FEW_PEOPLE = 30
 #: What is kept of an endless clip until the end: detections, drawn evenly.
 _MOST_KEPT = 20_000
@@ -51,7 +51,7 @@ class Gathered:
         self.n_frames = 0
 
     def add(self, people: People, persons: Iterable[int]) -> None:
-        """Add a frame's people, with numbers that say who each of them is."""
+        """Add a frame's people, with numbers by which each is known again."""
         self.n_frames += 1
         usable = whole(people)
         self.most_at_once = max(self.most_at_once, int(usable.sum()))
@@ -76,7 +76,9 @@ class Gathered:
         names, index, often = np.unique(everybody, return_inverse=True, return_counts=True)
         kept = np.flatnonzero(often[index] >= least_seen) if len(names) else np.zeros(0, dtype=np.intp)
         if not len(kept):
-            raise CameraError("nobody stands upright in view from shoulders to ankles: the people tell no camera")
+            raise CameraError(
+                "no person stands upright in view from shoulders to ankles: no camera can be found from these people"
+            )
         persons = everybody[kept]
         tall = np.array([float(apparent_stature_px(self._kept[k][0])[0]) for k in kept])
         # the largest first, but for chance: keys of weighted sampling without replacement (Efraimidis and Spirakis)
@@ -93,7 +95,7 @@ class Gathered:
 
 
 def whole(people: People) -> NDArray[np.bool_]:
-    """Return who is seen from shoulders to ankles, straight and large enough to tell a camera by, shape (P,)."""
+    """Return who is seen from shoulders to ankles, straight and large enough to find a camera from, shape (P,)."""
     seen = apparent_stature_px(people) >= _LEAST_TALL_PX
     for pair in _NEEDED:
         seen &= np.any([np.isfinite(people.joint(name)).all(axis=1) for name in pair], axis=0)
@@ -122,7 +124,7 @@ def joined_people(parts: Sequence[People]) -> People:
 
 @dataclass(frozen=True)
 class PeopleFit:
-    """The camera that people tell, how many they are, and what is to be said of it.
+    """The camera found from people, how many they are, and remarks on it.
 
     distances_m: how far the nearer, the middle and the farther of them are (10, 50 and 90 %). doubts: in words.
     """
@@ -139,12 +141,12 @@ def from_people(
     gathered: Gathered, camera: Camera, *, focal_known: bool = True, recurring: bool = False,
     least_seen: int = 1, settings: LocateSettings | None = None,
 ) -> PeopleFit:  # fmt: skip
-    """Return the mount that the people of many frames tell.
+    """Return the mount that the people of many frames determine.
 
     camera: the intrinsics, believed within their standard deviations; with focal_known False its focal length is only
-    where the search begins. recurring: the same people may be in every photo, and nobody knows who is who: then they
+    where the search begins. recurring: the same people may be in every photo, and who is who is unknown: then they
     count as no more than one photo shows. least_seen: in frames that follow each other, who is seen less often is taken
-    for a false detection. Raises CameraError where they tell no camera.
+    for a false detection. Raises CameraError where they determine no camera.
     """
     settings = settings or LocateSettings()
     people, persons = gathered.chosen(least_seen)
@@ -170,12 +172,12 @@ def _pooled(
         told = pooled(people, camera.with_focal(camera.f_px * math.exp(told.shared[3]), focal_rel_sd=_FOCAL_LOG_SD,
                                                 source=camera.source), persons, settings)  # fmt: skip
     if told is None:
-        raise CameraError("the people tell no camera: too little of them is seen")
+        raise CameraError("no camera can be found from these people: too little of them is seen")
     return told
 
 
 def _mount(told: Pooled, covariance: FloatArray, camera: Camera, focal_known: bool) -> Mount:
-    """Return the mount of what was told: pitch, roll, log height and log focal length are the first four."""
+    """Return the mount of what was found: pitch, roll, log height and log focal length are the first four."""
     block = covariance[:4, :4].copy()
     pitch, roll, log_height, log_focal = map(float, told.shared[:4])
     scale = told.camera.f_px / camera.f_px * math.exp(log_focal)

@@ -25,7 +25,8 @@ COLUMNS = ("u_px", "v_px", "x_m", "y_m")
 #: A lens of which nothing is known: about a normal one, and by how much it may be another (logarithm).
 OPEN_FOCAL_LOG_SD = 1.0
 _TYPICAL_FIELD_RAD = math.radians(60.0)
-#: Angles (radians), log height and places (metres) that nothing tells: a camera straight above has no roll of its own.
+#: Angles (radians), log height and places (metres) that nothing determines: a camera straight above has no roll of its
+#: own.
 _ANYWHERE = 100.0
 #: Of a height or a focal length against its start: what a step of the search may not go beyond.
 _MOST_LOG = 30.0
@@ -97,7 +98,7 @@ class FloorPoints:
 
 @dataclass(frozen=True, eq=False)
 class PointsFit:
-    """The camera that points tell, and how well they fit.
+    """The camera found from points, and how well they fit.
 
     residual_px, residual_m: shape (N, 2), where a point was clicked less where the camera would show it, and the same
     on the floor. surprise: shape (N,), the residual in standard deviations of click and tape. spread: by what factor
@@ -121,7 +122,7 @@ def from_points(points: FloorPoints, camera: Camera, *, focal_known: bool = True
     """Return the mount of a camera that shows points of a level floor.
 
     camera: the intrinsics, believed within their standard deviations; with focal_known False its focal length is only
-    where the search begins. Raises CameraError where the points do not tell a camera that sees them all.
+    where the search begins. Raises CameraError where the points determine no camera that sees them all.
     """
     start, frame, focal_log = _start(points, camera, focal_known)
     nominal = camera if focal_known else camera.with_focal(camera.f_px * math.exp(focal_log), source=camera.source)
@@ -161,7 +162,7 @@ def from_homography(
     px_to_floor: FloatArray, camera: Camera, *, focal_known: bool = True, click_sd_px: float = CLICK_SD_PX,
     tape_sd_m: float = TAPE_SD_M,
 ) -> PointsFit:  # fmt: skip
-    """Return the mount behind a homography (3, 3) from pixels to metres: what four points of the picture say of it.
+    """Return the mount behind a homography (3, 3) from pixels to metres: as four points of the picture give it.
 
     Raises CameraError where less than a third of the picture lies below the homography's horizon.
     """
@@ -209,7 +210,7 @@ def _missed(mount: Mount, points: FloorPoints) -> FloatArray:
     ]
     sway = np.stack(by, axis=-1) * points.tape_sd_m
     covariance = sway @ sway.swapaxes(1, 2)
-    # Close to the horizon a tape's width is the whole picture, beside which a click is lost in rounding.
+    # Close to the horizon a tape's width is the whole picture, next to which a click is lost in rounding.
     click = points.click_sd_px**2 + 1e-12 * np.trace(covariance, axis1=1, axis2=2)
     covariance = covariance + click[:, None, None] * np.eye(2)
     away = np.nan_to_num(points.points_px - seen, nan=1e6, posinf=1e6, neginf=-1e6)
@@ -227,7 +228,7 @@ def _user(mount: Mount, floor_m: FloatArray) -> FloatArray:
 
 
 def _with_covariance(mount: Mount, normal: FloatArray, spread: float, count: int, focal_sd: float) -> Mount:
-    """Return the mount with what its normal equations say of pitch, roll, height and focal length."""
+    """Return the mount with the pitch, roll, height and focal length of its normal equations."""
     covariance = np.linalg.inv(normal + np.diag([_ANYWHERE**-2] * 6 + [0.0] * 3)) * spread**2
     which, scale = np.array([0, 1, 2, 6]), np.array([1.0, 1.0, 1.0, focal_sd])
     block = covariance[np.ix_(which, which)] * scale * scale[:, None]

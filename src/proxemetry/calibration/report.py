@@ -12,7 +12,7 @@ from ..camera import Mount
 from ..camera.floor_view import horizon, reach, to_floor, to_pixels
 from ..photo import RGBArray
 
-#: Distances ahead of the camera at which the pitch's effect is told, and by how much it is off there for example.
+#: Distances ahead of the camera at which the pitch's effect is stated, and by how much it is off there for example.
 TOLD_AT_M = (10.0, 25.0)
 HALF_A_DEGREE_RAD = math.radians(0.5)
 #: A pitch that puts people so much further or nearer, as a part of their distance, should be measured with points.
@@ -102,9 +102,9 @@ def _grid(mount: Mount, reach_m: float) -> Iterator[tuple[FloatArray, bool]]:
         for k in range(math.ceil(middle[axis] - reach_m), math.floor(middle[axis] + reach_m) + 1):
             line = np.empty((len(along), 2))
             line[:, axis], line[:, 1 - axis] = k, middle[1 - axis] + along
-            beside = line.copy()
-            beside[:, axis] += 1.0
-            seen, next_seen = (to_pixels(mount, p if frame is None else frame.from_user(p)) for p in (line, beside))
+            next_line = line.copy()
+            next_line[:, axis] += 1.0
+            seen, next_seen = (to_pixels(mount, p if frame is None else frame.from_user(p)) for p in (line, next_line))
             tenth = k % 10 == 0
             if not tenth:
                 seen[np.linalg.norm(seen - next_seen, axis=1) < _NEAREST_CELLS_PX] = np.nan

@@ -128,7 +128,7 @@ def analyse(
 ) -> Analysis:
     """Return who was where in a clip whose frames all are measured.
 
-    In two passes: people are followed, and what all sightings of one say of the stature goes back into the fit of each.
+    In two passes: people are followed, and the stature by all sightings of one goes back into the fit of each.
     """
     cameras = _cameras(folder, measured, wanted)
     tell(Note("placing everybody on one floor"))
@@ -145,7 +145,7 @@ def assembled(
     measured: Measured, wanted: Wanted, cameras: dict[int, ClipCamera], placed: Sequence[Placed],
     followed: Followed | None = None,
 ) -> Analysis:  # fmt: skip
-    """Return who was where, from everybody's places in every frame."""
+    """Return who was where, from all people's places in every frame."""
     followed = follow(measured, placed) if followed is None else followed
     step = float(np.median(np.diff(measured.times_s))) if len(measured.times_s) > 1 else 0.2
     times = np.array(measured.times_s)
@@ -190,14 +190,14 @@ def _attributes(person: Person, placed: Sequence[Placed]) -> Attributes:
 
 
 def _cameras(folder: Folder, measured: Measured, wanted: Wanted) -> dict[int, ClipCamera]:
-    """Return the clip's cameras by their numbers: the first as stated, others told by their own people."""
+    """Return the clip's cameras by their numbers: the first as stated, others found from their own people."""
     found: dict[int, ClipCamera] = {}
     for camera in sorted({s.camera for s in measured.shots}):
         shots = [s for s in measured.shots if s.camera == camera]
         stated = wanted.mount if camera == 0 else None
         if all(s.moving for s in shots):
             found[camera] = ClipCamera(
-                None, None, "the camera moves: every frame is measured by itself, nobody followed"
+                None, None, "the camera moves: every frame is measured by itself, no one is followed"
             )
         elif stated is not None and is_complete(stated) and stated.camera is not None:
             found[camera] = ClipCamera(stated, stated.camera, f"the camera's place is {stated.source}")
@@ -210,7 +210,7 @@ def _cameras(folder: Folder, measured: Measured, wanted: Wanted) -> dict[int, Cl
 def _blocks(
     folder: Folder, shots: Sequence[Shot], times_s: Sequence[float]
 ) -> Iterator[tuple[list[Scene], list[float]]]:
-    """Yield the scenes of the frames that a camera is told by, block by block, with their times."""
+    """Yield the scenes of the frames that a camera is found from, block by block, with their times."""
     for block in (b for s in shots if not s.moving for b in chosen_frames(s.first, s.last)):
         texts: list[str] = []
         for part in range(block.start // PART, (block.stop - 1) // PART + 1):
@@ -275,7 +275,7 @@ def _floor_walked(found: Analysis) -> Region | None:
 
 
 def places_by_frame(found: Analysis) -> list[FloatArray]:
-    """Return where everybody was in each frame of the main camera, (n, 2) each; empty in other frames."""
+    """Return where people were in each frame of the main camera, (n, 2) each; empty in other frames."""
     main = found.main_camera
     answer: list[list[FloatArray]] = [[] for _ in found.measured.times_s]
     for person in found.people:

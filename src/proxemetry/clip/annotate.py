@@ -99,7 +99,7 @@ def draw(
 
 
 def _nearest(tracks: dict[int, tuple[int, float, float]], limit_m: float) -> list[tuple[int, int, float]]:
-    """Return everybody's nearest other within the limit, each pair once: all pairs of a crowd cannot be read."""
+    """Return each person's nearest other within the limit, each pair once: all pairs of a crowd cannot be read."""
     found: set[tuple[int, int, float]] = set()
     for a, (_, x, y) in tracks.items():
         gaps = [(float(np.hypot(x - u, y - v)), b) for b, (_, u, v) in tracks.items() if b != a]
@@ -110,7 +110,7 @@ def _nearest(tracks: dict[int, tuple[int, float, float]], limit_m: float) -> lis
 
 
 def _heads(people: People) -> np.ndarray:
-    """Return circles about everybody's heads, a little larger than in photos: a moving head is blurred anyway."""
+    """Return circles about all heads, a little larger than in photos: a moving head is blurred anyway."""
     heads = heads_px(people)
     heads[:, 2] *= 1 + _MARGIN
     return heads

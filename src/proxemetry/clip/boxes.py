@@ -1,6 +1,7 @@
 """People as boxes that another program found: where a box stands on the floor, by the camera's mount alone.
 
-For views in which no pose back end finds anybody, such as from straight above, and for whoever has a detector already.
+For views in which no pose back end finds people, such as from straight above, and for users with a detector of their
+own.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ from ..people.skeleton import COCO_17
 from ..photo import Photo
 from ..scene import Scene
 
-#: How well a box's lower edge and middle tell where the feet are, in box heights and widths.
+#: How well a box's lower edge and middle show where the feet are, in box heights and widths.
 _FOOT_SD_HEIGHTS, _FOOT_SD_WIDTHS = 0.03, 0.08
 #: Files often have whole pixels, so that even the smallest box is known no better than that.
 _WHOLE_PX_SD = 0.5

@@ -1,4 +1,4 @@
-"""Where a clip's camera is: stated, or told by the clip's own people, who are pooled over its frames."""
+"""Where a clip's camera is: stated, or found from the clip's own people, who are pooled over its frames."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ from ..scene import Scene
 from .floor import is_complete
 
 #: So many frames are looked at for the camera's place, in blocks spread over the clip, each of so many in a row: within
-#: a block it is known who is who, so that nobody's stature counts as many people's.
+#: a block it is known who is who, so that no person's stature counts as many people's.
 BLOCKS, BLOCK_FRAMES = 10, 150
-#: Fewer people than this say nothing that could be relied on.
+#: Fewer people than this give no camera that could be relied on.
 _FEWEST_PEOPLE = 2
 
 
@@ -34,7 +34,7 @@ class ClipCamera:
 
 
 def chosen_frames(first: int, last: int) -> list[range]:
-    """Return the blocks of a shot's frames (both ends included) that the camera is told by."""
+    """Return the blocks of a shot's frames (both ends included) that the camera is found from."""
     count = last - first + 1
     if count <= BLOCKS * BLOCK_FRAMES:
         return [range(first, last + 1)]
@@ -45,7 +45,7 @@ def chosen_frames(first: int, last: int) -> list[range]:
 def told_by_people(
     blocks: Iterable[tuple[list[Scene], list[float]]], stated: Mount | None, settings: LocateSettings
 ) -> ClipCamera:
-    """Return the camera that people tell, given blocks of frames in a row with their times.
+    """Return the camera that people determine, given blocks of frames in a row with their times.
 
     stated: what is known of the camera besides; it is weighed against the people.
     """
@@ -60,20 +60,22 @@ def told_by_people(
         met += 1 + max((int(p.max()) for p in who if len(p)), default=0)
     camera = estimate.camera if stated is None else stated.camera or estimate.camera
     if camera is None:
-        return ClipCamera(None, None, "nothing tells the focal length: state it, or a mount that has it")
+        return ClipCamera(None, None, "the focal length is unknown: state it, or a mount that has it")
     try:
         found = from_people(gathered, camera, focal_known=not estimate.is_assumed, settings=settings)
     except CameraError as error:
         return ClipCamera(None, camera, f"{error}; every frame is measured by itself")
     if found.n_people < _FEWEST_PEOPLE:
-        return ClipCamera(None, camera, "a single person tells no camera: every frame is measured by itself")
+        return ClipCamera(
+            None, camera, "a single person is too little to find the camera from: every frame is measured by itself"
+        )
     mount = weighed(found.mount, stated)
     doubts = "".join(f"; {doubt}" for doubt in found.doubts)
-    return ClipCamera(mount, mount.camera, f"the camera's place is told by {found.n_people} people{doubts}")
+    return ClipCamera(mount, mount.camera, f"the camera's place was found from {found.n_people} people{doubts}")
 
 
 def weighed(told: Mount, stated: Mount | None) -> Mount:
-    """Return what people told and what was stated of pitch, roll and height, each by its certainty."""
+    """Return the people's and the stated pitch, roll and height combined, each by its certainty."""
     known = [] if stated is None or is_complete(stated) else [k for k in stated.known if k < 3]
     if stated is None or not known:
         return told

@@ -38,7 +38,7 @@ def _frames(limits: Sequence[str]) -> tuple[Column, ...]:
         Column("reason", _T, "", "why nothing was measured"),
         Column("shot", _I, "", "stretch without a cut, from 0", identifies=True),
         Column("camera", _I, "", "camera position; the same number is the same place", identifies=True),
-        Column("camera_ok", _B, "", "false: the camera moved, or nothing tells where it is; every frame is on its own"),
+        Column("camera_ok", _B, "", "false: the camera moved, or its place is unknown; every frame is on its own"),
         Column("n_people", _I, "", "tracks that were there, seen or bridged (of a moving camera: people found)"),
         Column("n_detected", _I, "", "people found in the picture, false ones included"),
         Column("n_region", _I, "", "of n_people, those in the region of densities"),

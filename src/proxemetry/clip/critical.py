@@ -19,7 +19,7 @@ from ..intervals import HIGH, LOW
 
 #: A block must be longer than people stay: how many belong to one frame's accident.
 BLOCK_S = 10.0
-#: Fewer blocks tell nothing of how a rate varies.
+#: Fewer blocks do not show how a rate varies.
 FEWEST_BLOCKS = 6
 _DRAWS = 1000
 #: The normal quantile of a two-sided 95 % interval, with which Yang et al. publish their bound.
@@ -60,14 +60,14 @@ def critical_density(density: FloatArray, too_near: FloatArray, t_s: FloatArray,
             n_blocks=count, reason=f"the clip has {count} stretches of {BLOCK_S:.0f} s; {FEWEST_BLOCKS} are needed"
         )
     if too_near.std() < 1e-9:
-        said = "nobody came within the limit" if too_near.max() < 0.5 else "as many were too near at every moment"
-        return CriticalDensity(n_blocks=count, reason=f"{said}: there is nothing to regress on")
+        why = "no two people came within the limit" if too_near.max() < 0.5 else "as many were too near at every moment"
+        return CriticalDensity(n_blocks=count, reason=f"{why}: there is nothing to regress on")
     intercept, slope = _line(too_near, density)
     bound = _prediction_low(density, too_near, intercept, slope)
     low, high = _block_interval(density, too_near, number, count, seed)
     reason = None
     if slope <= 0:
-        reason = "density does not grow with the number of pairs too near: the floor was not crowded enough to tell"
+        reason = "density does not grow with the number of pairs too near: the floor was not crowded enough"
     elif low <= 0:
         reason = "the interval of the intercept reaches below zero"
     elif bound <= 0:

@@ -1,8 +1,8 @@
 """How crowded a floor is: persons per square metre, classic and by Voronoi cells, and maps of it over time.
 
-Classic: people within a region by its area. Voronoi (Steffen and Seyfried 2010): everybody has the part of the floor
-that is nearer to them than to anybody else; density is its inverse, averaged over the region. The second jumps less
-when somebody steps over the line.
+Classic: people within a region by its area. Voronoi (Steffen and Seyfried 2010): each person has the part of the floor
+that is nearer to them than to anyone else; density is its inverse, averaged over the region. The second jumps less
+when a person steps over the line.
 """
 
 from __future__ import annotations
@@ -67,7 +67,7 @@ def classic_density(places_m: FloatArray, region: Region) -> float:
 
 
 def voronoi_cells(places_m: FloatArray, floor: Region) -> list[FloatArray]:
-    """Return everybody's part of the floor as corners (m, 2); an empty one for who stands off it.
+    """Return each person's part of the floor as corners (m, 2); an empty one for who stands off it.
 
     Two at one place share: each is moved by less than a millimetre.
     """
@@ -137,7 +137,7 @@ def _within(polygon: FloatArray, convex: Region) -> FloatArray:
 
 
 def personal_space_m2(places_m: FloatArray, floor: Region) -> FloatArray:
-    """Return the area of everybody's Voronoi cell, shape (n,); NaN for who stands off the floor."""
+    """Return the area of each person's Voronoi cell, shape (n,); NaN for who stands off the floor."""
     areas = [signed_area(c) if len(c) > 2 else np.nan for c in voronoi_cells(places_m, floor)]
     return np.array(areas, dtype=float).reshape(-1)
 
@@ -151,7 +151,7 @@ class Maps:
     """What is summed over time on a grid of the floor; rows are y, columns x, the first cell at `origin_m`.
 
     presence_s: shape (T, Y, X), person-seconds in each cell in each of T stretches of time. exposure_s: shape (L, Y,
-    X), seconds within each limit of somebody else, of the people in each cell. stretch_s: how long a stretch is.
+    X), seconds within each limit of another person, of the people in each cell. stretch_s: how long a stretch is.
     """
 
     origin_m: FloatArray
@@ -180,7 +180,7 @@ class Maps:
         return index[inside, 1], index[inside, 0], inside
 
     def add_presence(self, places_m: FloatArray, t_s: FloatArray, weight_s: FloatArray) -> None:
-        """Count somebody's path in: places (n, 2) at times (n,) that stand for weight_s (n,)."""
+        """Count a person's path in: places (n, 2) at times (n,) that stand for weight_s (n,)."""
         rows, columns, inside = self._cells(places_m)
         moments = np.clip((t_s[inside] / self.stretch_s).astype(int), 0, len(self.presence_s) - 1)
         np.add.at(self.presence_s, (moments, rows, columns), weight_s[inside])

@@ -15,7 +15,7 @@ from .exposure import PairOverTime
 
 #: An encounter within X ends beyond this many times X.
 HYSTERESIS = 1.15
-#: What is shorter is passing by too fast for anything to happen; the user may say otherwise.
+#: What is shorter is passing by too fast for anything to happen; the user may state another value.
 SHORTEST_S = 1.0
 
 

@@ -2,7 +2,7 @@
 
 Seconds within X are the integral over time of the probability of being within X. Counting single noisy frames instead
 finds too few, since noise only ever adds distance to two people side by side. The interval comes from draws of the
-whole clip: one camera, one lasting error and one path a person in each, so that what is wrong for everybody at once
+whole clip: one camera, one lasting error and one path a person in each, so that what is wrong for all people at once
 does not average out.
 """
 

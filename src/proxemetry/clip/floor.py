@@ -24,7 +24,7 @@ _N_CAMERA = 4
 #: Over so many metres a floor is as high or as low: slopes and cambers stretch over a room or a street's width. An
 #: assumption; who stands side by side stands on the same.
 FLOOR_REACH_M = 3.0
-#: What a body's size tells of its distance: statures spread by so much (ANSUR II, both sexes). Where feet tell less,
+#: What a body's size shows of its distance: statures spread by so much (ANSUR II, both sexes). Where feet tell less,
 #: the floor hardly matters.
 _SIZE_SD = 0.06
 #: So many waves make a floor.
@@ -34,8 +34,8 @@ _WAVES = 12
 def sightings_of(t_s: float, people: People, bodies: Bodies, mount: Mount | None) -> Sightings:
     """Return the people of a frame who have a place, on the floor of the mount (the camera's own where it is None).
 
-    Where the mount is held, what an uneven floor does is kept apart from everybody's own uncertainty: it is the
-    place's, the same in every frame and for whoever stands there, and comes back with the camera's (`SharedError`).
+    Where the mount is held, what an uneven floor does is kept apart from each person's own uncertainty: it is the
+    place's, the same in every frame and for all who stand there, and comes back with the camera's (`SharedError`).
     """
     rows = np.flatnonzero(bodies.placed)
     axes = ground_frame(bodies.up)[:2]
@@ -90,7 +90,7 @@ def _within(covariance_m2: FloatArray, shift_m: FloatArray) -> FloatArray:
     return kept[:, None, None] * shift_m[:, :, None] * shift_m[:, None, :]
 
 
-#: A floor's part of somebody's uncertainty is never all of it.
+#: A floor's part of a person's uncertainty is never all of it.
 _MOST_OF_IT = 0.95
 
 
@@ -107,7 +107,7 @@ def held(mount: Mount) -> Mount:
 
 
 def is_complete(mount: Mount | None) -> bool:
-    """Return whether a mount says all that the floor's place follows from."""
+    """Return whether a mount has all that the floor's place follows from."""
     return mount is not None and bool(np.isfinite([mount.pitch_rad, mount.roll_rad, mount.height_m]).all())
 
 

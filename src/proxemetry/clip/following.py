@@ -18,13 +18,13 @@ from .smoothing import Track, noise_scale_of, smooth, surprises
 from .statures import Known, Stature, known_statures, of_chain, told_again
 from .tracking import MEMORY_S, track
 
-#: Frames further apart say nothing of who is who: each is a picture of its own.
+#: In frames further apart nobody can be followed: each is a picture of its own.
 LONGEST_STEP_S = MEMORY_S
 
 
 @dataclass(frozen=True, eq=False)
 class FollowedShot:
-    """The chains of one shot, and what each says of its person's stature, None where nothing."""
+    """The chains of one shot, and each one's stature, None where it is unknown."""
 
     chains: tuple[Chain, ...] = ()
     statures: tuple[Stature | None, ...] = ()
@@ -32,7 +32,7 @@ class FollowedShot:
 
 @dataclass(frozen=True, eq=False)
 class Followed:
-    """Who is who in a clip: an entry a shot; told: an entry a frame, what its people are told of their statures."""
+    """Who is who in a clip: an entry a shot; told: an entry a frame, the statures given to its people."""
 
     shots: tuple[FollowedShot, ...]
     told: list[Known]
@@ -42,9 +42,9 @@ def follow(
     measured: Measured, placed: Sequence[Placed], with_mount: Collection[int] = (),
     settings: LocateSettings | None = None,
 ) -> Followed:  # fmt: skip
-    """Follow everybody through every shot that does not move.
+    """Follow all people through every shot that does not move.
 
-    with_mount: cameras whose place is held; by others a stature would say as much of the camera as of the person.
+    with_mount: cameras whose place is held; with others a stature would depend as much on the camera as on the person.
     """
     shots: list[FollowedShot] = []
     known: list[Known] = [{} for _ in placed]
@@ -63,7 +63,7 @@ def follow(
 
 
 def _chains(seen: Sequence[Sightings], times: FloatArray, width_px: float) -> list[Chain]:
-    """Return everybody's chain through the frames of a shot, whatever the order of people in each.
+    """Return each person's chain through the frames of a shot, whatever the order of people in each.
 
     Forecasts and sightings are compared as vaguely as single photos know them, floor and all.
     """

@@ -240,10 +240,10 @@ def _natural(path: Path) -> list[tuple[int, int | str]]:
 
 
 def _taken(photo: Photo) -> datetime | None:
-    said = photo.metadata.about().date or ""
+    date = photo.metadata.about().date or ""
     for pattern in ("%Y-%m-%dT%H:%M:%S", "%Y-%m-%d %H:%M:%S", "%Y:%m:%d %H:%M:%S"):
         try:
-            return datetime.strptime(said[:19], pattern)
+            return datetime.strptime(date[:19], pattern)
         except ValueError:
             continue
     return None

@@ -50,7 +50,7 @@ FITTED = Model(
     weights=(-6.5648, -2.0148, -0.5421, -0.5495, 1.0573, 0.5010),
     rate=0.0457,
 )
-#: So many pairs at the fitted rate are added to those of the clip: a short clip says little of how common groups are.
+#: So many pairs at the fitted rate are added to those of the clip: a short clip shows little of how common groups are.
 _PRIOR_PAIRS = 20.0
 
 

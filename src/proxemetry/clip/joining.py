@@ -1,6 +1,6 @@
-"""Two tracks that are one person: somebody who was hidden for longer than a forecast reaches.
+"""Two tracks that are one person: a person who was hidden for longer than a forecast reaches.
 
-From both sides of a gap more can be told than from before it: where the person was going, and from where they came.
+Both sides of a gap together show more than the one before it: where the person was going, and from where they came.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ def _evidence(
 ) -> float:
     """Return minus twice the log odds that two ends of tracks are one person's; `_NEVER` beyond the gate.
 
-    The other explanation is that somebody new appeared there, at whatever speed people walk.
+    The other explanation is that a new person appeared there, at whatever speed people walk.
     """
     forward, kick = transition(gap_s)
     spread = forward @ spread_before @ forward.T + kick + spread_after

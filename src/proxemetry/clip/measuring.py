@@ -39,7 +39,7 @@ _WAITING_A_JOB = 3
 
 @dataclass(frozen=True)
 class Job:
-    """What every worker is told: who finds the people, and what is stated of camera and people.
+    """What every worker gets: which back end finds the people, and what is stated of camera and people.
 
     boxes: people found by another program, instead of a back end's.
     """
@@ -52,7 +52,7 @@ class Job:
 
 @dataclass(frozen=True)
 class Measured:
-    """A clip whose frames all are measured: their times in seconds, the shots, and what there is to tell of it."""
+    """A clip whose frames all are measured: their times in seconds, the shots, and remarks on it."""
 
     times_s: tuple[float, ...]
     shots: tuple[Shot, ...]
@@ -113,7 +113,7 @@ def measure_clip(
     expected = clip.expected
     if expected is not None and len(times) < 0.9 * expected - 2:
         notes.append(
-            f"the clip ends after {times[-1]:.1f} s, about {len(times) / expected:.0%} of what its header says"
+            f"the clip ends after {times[-1]:.1f} s, about {len(times) / expected:.0%} of what its header states"
         )
     measured = Measured(tuple(times), finder.shots(), *sizes[0], tuple(dict.fromkeys(notes)))
     folder.write(FRAMES_FILE, measured.to_json())

@@ -12,7 +12,7 @@ import threading
 
 
 def end_with_parent() -> None:
-    """End this process when the one that started it is gone, killed for instance: nobody else would."""
+    """End this process when the one that started it is gone, killed for instance: nothing else would."""
     parent = multiprocessing.parent_process()
     if parent is not None:
 

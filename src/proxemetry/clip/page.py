@@ -1,4 +1,4 @@
-"""A clip's page: one HTML file that opens from disk, with nothing to fetch and no picture of anybody in it."""
+"""A clip's page: one HTML file that opens from disk, with nothing to fetch and no picture of a person in it."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _POLICY = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inl
 _MOST_MOMENTS, _MOST_POSITIONS = 3000, 60_000
 
 _METHOD = (
-    "People are found and placed in every frame as in a photo, by one fit of everybody, the floor and the camera; then "
+    "People are found and placed in every frame as in a photo, by one fit of people, floor and camera; then "
     "they are followed on the floor, in metres, and their paths are smoothed with all frames before and after. Seconds "
     "within a distance are the sum over time of the probability of being that near: counting noisy frames would find "
     "too few. Every interval holds 90 % and comes from draws of the whole clip, one camera and one path a person in "
@@ -34,8 +34,8 @@ _LIMITS = (
     "A track is not a person: who leaves and comes back is counted again, and two who pass each other may be swapped.",
     "Distances are between body centres; the gap between two bodies is about 0.25 m less.",
     "The floor is taken to be level. On stairs and slopes distances are wrong.",
-    "Who belongs together is a probability, from how people move; nobody was asked.",
-    "Where the camera's place was told by the people, all distances may be wrong the same way, by up to a tenth.",
+    "Who belongs together is a probability, from how people move; they were not asked.",
+    "Where the camera's place was found from the people, all distances may be wrong the same way, by up to a tenth.",
     "It is for the study of behaviour, not for judging or enforcing anything on single people.",
 )
 
@@ -254,15 +254,15 @@ def _critical(numbers: Mapping[str, Any]) -> str:
         if not isinstance(found, Mapping):
             continue
         name = f"{limit.removesuffix('_apart')} m" + (", not of one group" if limit.endswith("_apart") else "")
-        said = (
+        value = (
             _range(found["intercept"], found["low"], found["high"], digits=3)
             if found["reason"] is None else f"none: {found['reason']}"
         )  # fmt: skip
-        rows += f"<tr><td>{escape(name)}</td><td>{escape(said)}</td></tr>"
+        rows += f"<tr><td>{escape(name)}</td><td>{escape(value)}</td></tr>"
     if not rows:
         return ""
     return (
-        "<section><h2>Critical density</h2><p>The density at which, by linear regression, nobody would be too near "
+        "<section><h2>Critical density</h2><p>The density at which, by linear regression, no one would be too near "
         "(Yang et al. 2020), in persons per m², with an interval over stretches of time.</p><div class='wide'>"
         "<table class='text'><tbody>"
         f"{rows}</tbody></table></div></section>"
@@ -276,7 +276,7 @@ def _notes(numbers: Mapping[str, Any]) -> str:
         share = f" by {100 * shot['shift_share']:.1f} % of the picture's width" if shot["shift_share"] else ""
         notes.append(f"Frame {shot['first']}: {shot['began']}{share}; camera {shot['camera']} from here on.")
     if numbers["n_frames_failed"]:
-        notes.append(f"{numbers['n_frames_failed']} frames could not be measured; the table frames says why.")
+        notes.append(f"{numbers['n_frames_failed']} frames could not be measured; see the table frames.")
     listed = "".join(f"<li>{escape(n)}</li>" for n in notes)
     return f"<section><h2>The camera and the clip</h2><ul>{listed}</ul></section>"
 

@@ -31,7 +31,7 @@ _FEWEST_PARTS = 3
 class Placed:
     """One frame's people on the floor; facing: (row, row) -> probability of an F-formation, where not small.
 
-    attributes: of everybody in the scene, by its rows.
+    attributes: of all people in the scene, by its rows.
     """
 
     sightings: Sightings
@@ -58,7 +58,7 @@ def everybody_placed(
     folder: Folder, measured: Measured, cameras: Mapping[int, ClipCamera], settings: Settings, jobs: int,
     statures: Sequence[Known] | None = None,
 ) -> list[Placed]:  # fmt: skip
-    """Return every frame's people on the floor; statures: what each frame is told of its people's, by row."""
+    """Return every frame's people on the floor; statures: of each frame's people, by row."""
     tasks = list(_tasks(folder, measured, cameras, replace(settings, mount=None), statures))
     if jobs == 0 or len(tasks) < _FEWEST_PARTS:
         return [p for task in tasks for p in _place_part(task)]

@@ -120,7 +120,7 @@ def _join(folder: Folder, identity: Identity, clip: Clip, fps: float) -> None:
 
 
 def read_run(folder: Folder) -> dict[str, Any]:
-    """Return what a folder's `run.json` says; raises OutputError where there is none."""
+    """Return the content of a folder's `run.json`; raises OutputError where there is none."""
     content = folder.read(RUN_FILE)
     if content is None:
         raise OutputError(f"{folder.location}: no results there")

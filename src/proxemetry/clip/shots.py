@@ -26,7 +26,7 @@ _WIDTH_PX = 480
 #: A camera has moved when its picture has by this share of its width: a quarter of a degree of a usual lens, from which
 #: on distances are wrong by more than 5 % (PETS 2009: half a degree is 6-7 % along the line of sight).
 MOVED_SHARE = 0.0045
-#: A camera that has moved again after a frame or two, so many times in a row, is held in a hand or follows somebody.
+#: A camera that has moved again after a frame or two, so many times in a row, is held in a hand or follows a person.
 _MOVING_SHOTS = 4
 #: So many places are remembered to which a camera may come back.
 _MOST_KNOWN = 12

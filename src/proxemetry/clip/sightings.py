@@ -17,7 +17,7 @@ class Sightings:
 
     t_s: when, in seconds of the clip. positions_m: shape (P, 2), on the floor. covariance_m2: shape (P, 2, 2), each
     person's own uncertainty, given the camera; of it lasting_m2 is one and the same error in all sightings of a person,
-    besides what `smoothing.LASTING_SHARE` says. floor_m2: shape (P, 2, 2), what the floor's unevenness adds. scores:
+    besides `smoothing.LASTING_SHARE`. floor_m2: shape (P, 2, 2), what the floor's unevenness adds. scores:
     shape (P,), 0..1. boxes_px: shape (P, 4), NaN where there is no picture. rows: shape (P,), each person's row in the
     frame's scene. heading_rad, heading_sd_rad, stature_m, stature_sd_m: shape (P,), NaN where unknown; a heading is an
     angle on the floor, from x towards y.

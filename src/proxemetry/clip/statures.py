@@ -1,7 +1,7 @@
-"""One stature a track: what each sighting says of a person's height, pooled robustly and handed back to the others.
+"""One stature a track: each sighting's estimate of a person's height, pooled robustly and used for the others.
 
 A single frame's fit weighs what it sees against how tall people are; here the second is taken out again, so that a
-hundred frames do not count the population a hundred times. Each sighting is told what the *others* say: nothing is used
+hundred frames do not count the population a hundred times. Each sighting gets what the *others* give: nothing is used
 twice, and a person seen once has only the photo's own numbers. The camera is held meanwhile, as it is in the fit.
 """
 
@@ -18,7 +18,7 @@ from ..locate import LocateSettings
 from .sightings import Chain, Sightings
 from .smoothing import LASTING_SHARE
 
-#: A sighting that says less than this share of what is known of people beforehand says nothing of a stature.
+#: A sighting with less information than this share of the prior's has none on a stature.
 _LEAST_TOLD = 0.05
 #: Residuals beyond so many standard deviations count less (Huber 1981): bending, false matches, swapped people.
 _HUBER = 1.5
@@ -28,16 +28,16 @@ _PASSING = 1 - LASTING_SHARE**2
 #: Half the width of a Gaussian's middle 50 %, in standard deviations.
 _MAD_SD = 0.6745
 
-#: Metres and their standard deviation, of somebody in a frame by the row of the scene.
+#: Metres and their standard deviation, of a person in a frame, by the row of the scene.
 Known = Mapping[int, tuple[float, float]]
 
 
 @dataclass(frozen=True, eq=False)
 class Stature:
-    """What n sightings of one person say of the stature, as logarithms of metres.
+    """The stature of one person by n sightings, as logarithms of metres.
 
     mean, sd: of all together with what is known of people beforehand. others, others_sd: shape (n,), what the other
-    sightings say to each, people left out; NaN where they say nothing.
+    sightings give for each, people left out; NaN where they give nothing.
     """
 
     mean: float
@@ -47,7 +47,7 @@ class Stature:
 
 
 def pooled(stature_m: FloatArray, sd_m: FloatArray, settings: LocateSettings) -> Stature | None:
-    """Return what sightings say of a person's stature, given the fit's answers (n,); None where nothing is known."""
+    """Return a person's stature by the sightings, given the fit's answers (n,); None where nothing is known."""
     usable = np.isfinite(stature_m) & (sd_m > 0)
     if not usable.any():
         return None
@@ -118,7 +118,7 @@ def _robust(values: FloatArray, variance: FloatArray) -> tuple[FloatArray, float
 def known_statures(
     chains: Sequence[Chain], statures: Sequence[Stature | None], shot: Sequence[Sightings]
 ) -> list[Known]:
-    """Return for every frame of a shot what is told to its people of their statures, by their rows in the scene."""
+    """Return for every frame of a shot the statures given to its people, by their rows in the scene."""
     answer: list[dict[int, tuple[float, float]]] = [{} for _ in shot]
     for chain, found in zip(chains, statures, strict=True):
         if found is None:
@@ -131,7 +131,7 @@ def known_statures(
 
 
 def of_chain(chain: Chain, shot: Sequence[Sightings], settings: LocateSettings) -> Stature | None:
-    """Return what a chain's sightings say of the person's stature."""
+    """Return the person's stature by a chain's sightings."""
     links = list(zip(chain.frames, chain.people, strict=True))
     stature = np.array([shot[f].stature_m[p] for f, p in links])
     spread = np.array([shot[f].stature_sd_m[p] for f, p in links])
@@ -139,10 +139,10 @@ def of_chain(chain: Chain, shot: Sequence[Sightings], settings: LocateSettings) 
 
 
 def told_again(before: Sightings, after: Sightings, known: Known) -> Sightings:
-    """Return the sightings `after` statures were told, with what hangs on those statures as one error a person.
+    """Return the sightings `after` statures were given, with what hangs on those statures as one error a person.
 
     A stature that is too tall puts its person too far in every frame: that part of the uncertainty does not average
-    out. With covariance C before, C' after, v of the stature before and s of what was told, it is (C - C') s / (v + s).
+    out. With covariance C before, C' after, v of the stature before and s of the one given, it is (C - C') s / (v + s).
     """
     lasting = np.zeros((len(after), 2, 2))
     here = {int(row): k for k, row in enumerate(before.rows)}

@@ -21,16 +21,16 @@ from .sightings import Chain, Sightings
 #: A person out of sight for longer is forgotten.
 MEMORY_S = 2.0
 #: Who was last seen at the left or right edge of the picture, within this share of its width, has probably left it: the
-#: next to come in there is somebody else.
+#: next to come in there is another person.
 _EDGE_SHARE, _EDGE_MEMORY_S = 0.012, 0.6
 #: A sighting and a forecast may be this far apart: squared Mahalanobis distance, 99.9 % of a chi-squared with two
 #: degrees of freedom.
 GATE = 13.8
-#: How many people nobody has followed yet, false ones included, a frame shows per square metre: a forecast must explain
-#: a sighting better than that (Blackman and Popoli 1999). A vague one, of who was hardly seen before, does not.
+#: How many people that are not followed yet, false ones included, a frame shows per square metre: a forecast must
+#: explain a sighting better than that (Blackman and Popoli 1999). A vague one, of who was hardly seen before, does not.
 UNKNOWN_PEOPLE_M2 = 0.01
-#: Whom a back end is surer of than this is matched first, and nobody is a person who never was; where a back end is
-#: sure of hardly anybody, this share of its median score stands for it.
+#: People of whom a back end is surer than this are matched first, and a track that never was so sure is no person;
+#: where a back end is hardly ever so sure, this share of its median score stands for it.
 SURE_SCORE, _SURE_SHARE = 0.5, 0.75
 #: A track is a person once seen so often; what appears more seldom and not at the edge of a clip is a false detection.
 CONFIRMED_SIGHTINGS = 3
@@ -73,7 +73,7 @@ class _Open:
 def track(
     shot: Sequence[Sightings], noise_scale: float = 1.0, memory_s: float = MEMORY_S, width_px: float = np.inf
 ) -> list[Chain]:
-    """Return everybody's chain of sightings through the frames of one shot, in the order of first sight.
+    """Return each person's chain of sightings through the frames of one shot, in the order of first sight.
 
     noise_scale: what the stated covariances are multiplied by. width_px: of the picture, where there is one.
     """

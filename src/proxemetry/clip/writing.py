@@ -335,7 +335,7 @@ def _density(found: Analysis) -> dict[str, Any] | None:
 
 def _critical(found: Analysis, sums: Sums) -> dict[str, Any]:
     if found.region is None:
-        return {"reason": "nobody was followed"}
+        return {"reason": "no person was followed"}
     times, density, rows = _main_frames(found)
     answer: dict[str, Any] = {}
     for k, limit in enumerate(found.wanted.within_m):
@@ -375,7 +375,7 @@ def remove_tracks(folder: Folder) -> None:
 
 
 def rows_of(people: Iterable[Person]) -> Iterator[tuple[int, int, float, float]]:
-    """Yield frame, track, x and y of everybody, frame by frame."""
+    """Yield frame, track, x and y of all people, frame by frame."""
     rows = [
         (int(f), p.track.number, float(x), float(y))
         for p in people
