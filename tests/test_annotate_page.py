@@ -182,7 +182,10 @@ def test_the_keyboard_alone_places_moves_and_hides_points(tab: Tab, project: Pro
     assert project.notes(0).person(0).points["Torso"] == (x + step, y + 10 * step)
     kept(tab, "Delete")
     assert "Torso" not in project.notes(0).person(0).points
-    page.keyboard.press("t")  # not set: the next Space places it
+    page.keyboard.press("t")  # not set: the next Space places it, where the cross was moved
+    page.keyboard.press("Enter")
+    tab.settled("move the cross")
+    assert "Torso" not in project.notes(0).person(0).points
     page.keyboard.press("ArrowDown")
     kept(tab, " ")
     assert "Torso" in project.notes(0).person(0).points

@@ -105,12 +105,12 @@ export function lensText(lens) {
 export function askLens(fields) {
   const shown = fields.lens ?? fields.file_lens;
   const problem = html("p", { class: "hint", role: "alert", text: "50,5 and 50.5 are the same. Empty everywhere: what the file says." });
-  const number = (name, label, value) => field(name, label, value, { inputmode: "decimal" });
+  const number = (name, label, value, recorded = null) => field(name, label, value, { inputmode: "decimal", placeholder: recorded });
   const own = fields.lens;
   let asked = null;
   return ask("Camera and lens", [
     html("p", { class: "hint", text: `Camera: ${fields.device || "not named in the file"}. ${fields.file_lens ? `The file says: ${lensText(fields.file_lens)}.` : "The file records no lens."}` }),
-    html("fieldset", {}, html("legend", { text: "Lens and sensor" }), number("focal_mm", "Focal length, mm", own && !own.equivalent ? own.focal_mm : ""),
+    html("fieldset", {}, html("legend", { text: "Lens and sensor" }), number("focal_mm", "Focal length, mm", own && !own.equivalent ? own.focal_mm : "", fields.file_lens?.equivalent === false ? fields.file_lens.focal_mm : null),
       number("sensor_width", "Sensor's long side, mm", shown && !shown.equivalent ? shown.sensor_mm[0] : ""), number("sensor_height", "Sensor's short side, mm", shown && !shown.equivalent ? shown.sensor_mm[1] : "")),
     html("fieldset", {}, html("legend", { text: "Or" }), number("focal_35mm", "35 mm equivalent, mm", own?.equivalent ? own.focal_mm : "")),
     scopeChoice(fields.scopes), problem,

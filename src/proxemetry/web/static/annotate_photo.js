@@ -2,18 +2,14 @@
 
 import * as api from "./annotate_api.js";
 import { Canvas } from "./annotate_canvas.js";
-import { askAndName, askAndPlace, askAndState, canTakeNames, takeNames } from "./annotate_answers.js";
+import { askAndName, canTakeNames, takeNames } from "./annotate_answers.js";
 import { KeptChanges } from "./annotate_changes.js";
+import { pressed } from "./annotate_keys.js";
 import { called, PART_WORDS } from "./annotate_names.js";
 import { Side } from "./annotate_side.js";
 import { Problem } from "./api.js";
 import { html, tell } from "./elements.js";
 
-// Digits typed within this time are one number: 1 and 2 name P12.
-const DIGITS_MS = 700;
-// Arrow keys are kept once they rest for so long.
-const NUDGE_MS = 600;
-const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
 
 export class PhotoView extends KeptChanges {
   // `changed` hears the fields after every change: the page's head shows undo and redo.
@@ -147,7 +143,7 @@ export class PhotoView extends KeptChanges {
     }
     const at = person?.points[part];
     const armed = !at || (state.part === part && !state.armed);
-    Object.assign(state, { part, armed, walking: state.adding, cursor: armed ? [...(at ?? this.middle())] : null });
+    Object.assign(state, { part, armed, walking: state.adding, ...this.cross(armed, at) });
     this.draw();
     if (armed) this.canvasHost.scrollIntoView({ block: "nearest" }); // on a phone the list lies below the photo
   }
@@ -158,6 +154,12 @@ export class PhotoView extends KeptChanges {
     this.choosePart(part);
   }
 
+  // The cross of a part to be placed, and where it began.
+  cross(armed, at = null) {
+    const from = armed ? [...(at ?? this.middle())] : null;
+    return { from, cursor: from && [...from] };
+  }
+
   middle() {
     const known = Object.values(this.person?.points ?? {});
     return known[0] ?? [this.canvas.box[0] + this.canvas.box[2] / 2, this.canvas.box[1] + this.canvas.box[3] / 2].map(Math.floor);
@@ -166,8 +168,15 @@ export class PhotoView extends KeptChanges {
   add() {
     this.flush();
     Object.assign(this.state, { person: null, part: this.about.parts[0], armed: true, adding: true, walking: true });
-    this.state.cursor = this.middle();
+    Object.assign(this.state, this.cross(true));
     this.draw();
+  }
+
+  // A cross that nobody has moved says nothing of where the point is.
+  placeCross() {
+    const { cursor, from } = this.state;
+    if (cursor[0] === from[0] && cursor[1] === from[1]) tell("Click the point, or move the cross there with the arrow keys first", true);
+    else this.place(this.canvas.inside(cursor));
   }
 
   // Clicks wait for each other: the first of a new person makes it, and the others are its next parts.
@@ -195,7 +204,7 @@ export class PhotoView extends KeptChanges {
     const { state } = this;
     const parts = this.about.parts;
     const next = state.walking ? parts.slice(parts.indexOf(part) + 1).find((p) => !this.person?.points[p]) : null;
-    Object.assign(state, { part: next ?? (state.walking ? null : part), armed: Boolean(next), walking: Boolean(next), cursor: next ? this.middle() : null });
+    Object.assign(state, { part: next ?? (state.walking ? null : part), armed: Boolean(next), walking: Boolean(next), ...this.cross(Boolean(next)) });
     this.draw();
   }
 
@@ -226,15 +235,6 @@ export class PhotoView extends KeptChanges {
     if (this.person && Object.keys(this.person.points).length) this.canvas.zoomTo(this.person);
   }
 
-  digit(key) {
-    if (!this.person) return;
-    const now = performance.now();
-    const together = this.typed && this.typed.person === this.person.key && now - this.typed.at < DIGITS_MS ? `${this.typed.text}${key}` : key;
-    const text = Number(together) > 999 ? key : together;
-    this.typed = { text, at: now, person: this.person.key };
-    this.act("name_person", { person: this.person.key, tag: `P${Number(text)}` }, `This is P${Number(text)}`);
-  }
-
   skip() {
     return this.act("skip", { skipped: !this.fields.skipped }, this.fields.skipped ? "Taken in again" : "Left out");
   }
@@ -249,25 +249,6 @@ export class PhotoView extends KeptChanges {
     if (!this.fields.done) await this.act("finish", { done: true });
     if (this.fields.next !== null) this.go(1);
     else tell("That was the last photo. Next: places");
-  }
-
-  nudge(event) {
-    const { state, person } = this;
-    const step = Math.max(1, Math.round(this.canvas.unit)) * (event.shiftKey ? 10 : 1);
-    const [dx, dy] = ARROWS[event.key].map((v) => v * step);
-    if (state.armed) {
-      state.cursor = this.canvas.inside([state.cursor[0] + dx, state.cursor[1] + dy]);
-      this.canvas.draw();
-      return;
-    }
-    const [x, y] = person.points[state.part];
-    if (this.nudged && (this.nudged.person !== person.key || this.nudged.part !== state.part)) this.flush();
-    const to = this.canvas.inside([x + dx, y + dy]);
-    person.points[state.part] = to;
-    this.nudged = { person: person.key, part: state.part, to };
-    this.canvas.draw();
-    clearTimeout(this.resting);
-    this.resting = setTimeout(() => this.rest(), NUDGE_MS);
   }
 
   async go(step) {
@@ -292,23 +273,5 @@ export class PhotoView extends KeptChanges {
     this.draw();
   }
 
-  // Answers whether the key meant something here.
-  key(event) {
-    const { state, person } = this;
-    const onControl = /^(BUTTON|A|SUMMARY)$/.test(event.target.tagName) || event.target.getAttribute?.("role") === "button";
-    if (ARROWS[event.key] && (state.armed || (person && state.part && person.points[state.part]))) return this.nudge(event), true;
-    if (onControl && (event.key === "Enter" || event.key === " ")) return false;
-    if (state.armed && (event.key === " " || event.key === "Enter")) return this.place(this.canvas.inside(state.cursor)), true;
-    if (/^[0-9]$/.test(event.key)) return this.digit(event.key), true;
-    const keys = {
-      ArrowRight: () => this.go(1), j: () => this.go(1), ArrowLeft: () => this.go(-1), k: () => this.go(-1), Enter: () => this.done(),
-      e: () => this.choosePart("Eyes"), s: () => this.choosePart("Shoulder"), t: () => this.choosePart("Torso"), h: () => this.choosePart("Head"),
-      v: () => this.hide(), Delete: () => this.hide(), Backspace: () => this.hide(), x: () => this.remove(), a: () => this.add(), n: () => askAndName(this), m: () => takeNames(this),
-      z: () => this.near(), o: () => askAndPlace(this), c: () => askAndState(this), i: () => this.skip(), "]": () => this.step(1), "[": () => this.step(-1),
-      "+": () => this.canvas.zoom(1 / 1.3), "-": () => this.canvas.zoom(1.3), r: () => this.canvas.reset(),
-      g: () => (location.hash = "#/"), l: () => (location.hash = `#/places/${this.fields.shoot}`), Escape: () => this.escape(),
-    };
-    const run = keys[event.key] ?? keys[event.key.toLowerCase()];
-    return Boolean(run) && (run(), true);
-  }
+  key = (event) => pressed(this, event);
 }

@@ -36,6 +36,7 @@ export async function showPhotos(main, about) {
   const shoots = new Map(about.shoots.map((s) => [s.number, s]));
   main.replaceChildren(
     steps(about),
+    about.lost ? html("p", { class: "notice", text: `${plural(about.lost, "entry", "entries")} of the log cannot be followed any more and count for nothing.` }) : "",
     about.left_out.length ? html("details", { class: "notice" }, html("summary", { text: `${plural(about.left_out.length, "file", "files")} left out` }),
       html("ul", {}, about.left_out.map((text) => html("li", { text })))) : "",
     html("ul", { class: "cards" }, photos.map((card) => html("li", { class: `card${card.skipped ? " skipped" : ""}` },
