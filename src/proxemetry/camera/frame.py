@@ -111,6 +111,22 @@ def _crop_of(width: int, height: int, stored: tuple[int, int]) -> Frame:
     )  # fmt: skip
 
 
+@dataclass(frozen=True)
+class _Reading:
+    """A recorded rectangle as a part of a sensor's picture of some shape, turned or not.
+
+    miss: by how much its shape differs from the file's, as a logarithm. shape: the picture's width over its height.
+    height_px: the picture's height in pixels of the file. away: from the rectangle's middle to the picture's, right
+    and down as one complex number, in heights of the picture.
+    """
+
+    miss: float
+    turned: bool
+    shape: float
+    height_px: float
+    away: complex
+
+
 def _recorded_crop(width: int, height: int, crop: Crop, scale: float) -> Frame | None:
     """Return the frame of a file that shows a recorded rectangle of a picture with a sensor's shape, or None.
 
@@ -118,7 +134,7 @@ def _recorded_crop(width: int, height: int, crop: Crop, scale: float) -> Frame |
     the rectangle then has the file's shape. Which way a turned one was turned is not recorded: there the principal
     point is only known to be on one side or the other.
     """
-    best: tuple[float, bool, float, float, complex] | None = None
+    best: _Reading | None = None
     angle = math.radians(crop.angle_deg)
     for turned in (False, True):
         file_width, file_height = (height, width) if turned else (width, height)
@@ -129,16 +145,16 @@ def _recorded_crop(width: int, height: int, crop: Crop, scale: float) -> Frame |
                 if kept.real <= 0 or kept.imag <= 0:
                     continue
                 miss = abs(math.log(kept.real / kept.imag * file_height / file_width))
-                if best is None or miss < best[0] - 1e-9:
+                if best is None or miss < best.miss - 1e-9:
                     away = (complex(shape / 2, 0.5) - (upper + lower) / 2) * turn
-                    best = (miss, turned, shape, file_width / kept.real, away)
-    if best is None or best[0] > _SHAPE_TOLERANCE:
+                    best = _Reading(miss, turned, shape, file_width / kept.real, away)
+    if best is None or best.miss > _SHAPE_TOLERANCE:
         return None
-    _, turned, shape, height_px, away = best
-    width_px, away = shape * height_px, away * height_px
+    height_px, away = best.height_px, best.away * best.height_px
+    width_px = best.shape * height_px
     known = _RECORDED_CROP_SD * width_px
     evidence = "an editor recorded what was cut"
-    if turned:
+    if best.turned:
         doubt = max(abs(away) / math.sqrt(2), known)
         return Frame(height_px, width_px, _RECORDED_CROP_SD, scale, crop=evidence, principal_sd_px=doubt)
     return Frame(
