@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import threading
+import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
 from ..archive.run.schedule import Note, Progress
 from ..errors import ProxemetryError, SettingsError
+
+#: Gets a function to call with progress; what it returns is the result.
+Work = Callable[[Callable[[Progress | Note], None]], Any]
 
 
 class _StoppedError(Exception):
@@ -23,14 +27,15 @@ class BackgroundWork:
     _thread: threading.Thread | None = None
     _state: dict[str, Any] = field(default_factory=lambda: {"status": "idle"})
     _stop: bool = False
+    _started: float = 0.0
 
-    def start(self, work: Callable[[Callable[[Progress | Note], None]], Any]) -> None:
-        """Begin; `work` gets what hears of progress, and its answer is the result. SettingsError while one runs."""
+    def start(self, work: Work, **about: Any) -> None:
+        """Begin; about: what `state` shows besides. SettingsError while one runs."""
         with self._lock:
             if self._thread is not None and self._thread.is_alive():
                 raise SettingsError("this is under way already: wait for it, or stop it")
-            self._stop = False
-            self._state = {"status": "running", "done": 0, "total": 0}
+            self._stop, self._started = False, time.monotonic()
+            self._state = {"status": "running", **about, "done": 0, "total": 0}
             self._thread = threading.Thread(target=self._run, args=(work,), daemon=True)
             self._thread.start()
 
@@ -39,27 +44,29 @@ class BackgroundWork:
         self._stop = True
 
     def state(self) -> dict[str, Any]:
-        """Return status (idle, running, done, stopped, failed), done and total, note, error or result."""
+        """Return status (idle, running, done, stopped, failed), done, total and seconds_left, note, error or result."""
         with self._lock:
             return dict(self._state)
 
-    def _run(self, work: Callable[[Callable[[Progress | Note], None]], Any]) -> None:
+    def _run(self, work: Work) -> None:
         try:
-            self._set(result=work(self._hear), status="done")
+            self._set(result=work(self._on_progress), status="done")
         except _StoppedError:
             self._set(status="stopped")
         except ProxemetryError as error:
             self._set(status="failed", error=str(error))
-        except Exception as error:  # a bug: the page says so instead of waiting for ever
+        except Exception as error:  # a bug: the page reports it instead of waiting for ever
             self._set(status="failed", error=f"internal error: {error!r}")
 
-    def _hear(self, progress: Progress | Note) -> None:
+    def _on_progress(self, progress: Progress | Note) -> None:
         if self._stop:
             raise _StoppedError
         if isinstance(progress, Note):
             self._set(note=progress.text)
         else:
-            self._set(done=progress.done, total=progress.total, failed=progress.failed)
+            seconds = time.monotonic() - self._started
+            left = (progress.total - progress.done) * seconds / progress.done if progress.done else None
+            self._set(done=progress.done, total=progress.total, failed=progress.failed, seconds_left=left)
 
     def _set(self, **state: Any) -> None:
         with self._lock:

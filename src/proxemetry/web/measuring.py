@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import threading
-import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -13,9 +11,10 @@ from ..archive.run.run import run
 from ..archive.run.schedule import Note, Progress
 from ..archive.run.work import Job
 from ..camera.focal import FocalRequest
-from ..errors import ProxemetryError, SettingsError
+from ..errors import SettingsError
 from ..photo import EXTENSIONS
 from ..settings import Settings
+from .background import BackgroundWork
 
 #: Subfolders that are listed, and files of a folder that are counted, at most.
 _MOST_FOLDERS, _MOST_FILES = 500, 100_000
@@ -47,19 +46,12 @@ def folders(path: str) -> dict[str, Any]:
     }
 
 
-class _StoppedError(Exception):
-    """The page asked to stop."""
-
-
 @dataclass
 class Measuring:
     """One run at a time. `run` is the archive's, or a test's. All methods may be called from several threads."""
 
     run: Run = run
-    _lock: threading.Lock = field(default_factory=threading.Lock)
-    _thread: threading.Thread | None = None
-    _state: dict[str, Any] = field(default_factory=lambda: {"status": "idle"})
-    _stop: bool = False
+    _work: BackgroundWork = field(default_factory=BackgroundWork)
 
     def start(self, folder: str, out: str, focal_35mm: float | None = None) -> None:
         """Begin to measure a folder; raises SettingsError where it is none, or where another run is under way."""
@@ -68,48 +60,16 @@ class Measuring:
         if not out.strip():
             raise SettingsError("name a folder for the results")
         job = Job(str(Path(out).expanduser()), settings=Settings(focal=FocalRequest(focal_35mm=focal_35mm)))
-        with self._lock:
-            if self._thread is not None and self._thread.is_alive():
-                raise SettingsError("a folder is being measured already: wait for it, or stop it")
-            self._stop = False
-            self._state = {"status": "running", "folder": folder, "out": job.results, "done": 0, "total": 0}
-            self._thread = threading.Thread(target=self._work, args=(folder, job), daemon=True)
-            self._thread.start()
+
+        def measured(on_progress: Callable[[Progress | Note], None]) -> None:
+            self.run([folder], job, on_progress=on_progress)
+
+        self._work.start(measured, folder=folder, out=job.results)
 
     def stop(self) -> None:
         """Ask the run to stop; what is finished stays, and the same folder goes on from there."""
-        self._stop = True
+        self._work.stop()
 
     def state(self) -> dict[str, Any]:
         """Return the status (idle, running, done, stopped or failed), photos done and in all, and seconds left."""
-        with self._lock:
-            return dict(self._state)
-
-    def _work(self, folder: str, job: Job) -> None:
-        started = time.monotonic()
-
-        def on_progress(progress: Progress | Note) -> None:
-            if self._stop:
-                raise _StoppedError
-            with self._lock:
-                if isinstance(progress, Note):
-                    self._state["note"] = progress.text
-                    return
-                seconds = time.monotonic() - started
-                left = (progress.total - progress.done) * seconds / progress.done if progress.done else None
-                self._state.update(done=progress.done, total=progress.total, failed=progress.failed, seconds_left=left)
-
-        try:
-            self.run([folder], job, on_progress=on_progress)
-        except _StoppedError:
-            self._finish(status="stopped")
-        except ProxemetryError as error:
-            self._finish(status="failed", error=str(error))
-        except Exception as error:  # a bug: the page reports it instead of waiting for ever
-            self._finish(status="failed", error=f"internal error: {error!r}")
-        else:
-            self._finish(status="done")
-
-    def _finish(self, **state: Any) -> None:
-        with self._lock:
-            self._state.update(state)
+        return self._work.state()
