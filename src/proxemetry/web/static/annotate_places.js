@@ -76,11 +76,12 @@ class PlacesView {
 
   drawTapes() {
     const { tapes, tags } = this.fields;
+    const contradictory = this.fields.tags.some((t) => t.suspect) || tapes.some((t) => t.suspect); // one bends all others
     const rows = tapes.map((t) => html("tr", { class: t.suspect ? "suspect" : "", "data-tape": `${t.a}-${t.b}` },
       html("th", { scope: "row", text: `${t.a} – ${t.b}` }),
       html("td", {}, html("input", { type: "text", inputmode: "decimal", class: "metres", autocomplete: "off", "data-control": `${t.a}${t.b}`, "aria-label": `Distance ${t.a} to ${t.b}, metres`, value: String(t.metres), onchange: (e) => this.tape(t.a, t.b, e.target, t) })),
       html("td", { class: t.checked ? "num off-by" : "num", text: t.residual_m === null ? "–" : t.checked ? centimetres(t.residual_m) : "unchecked" }),
-      html("td", { class: "status", text: t.suspect ? `others say ${t.expected_m.toFixed(2)} m ± ${(t.expected_sd_m * 164.5).toFixed(1)} cm` : t.checked && t.z !== null && Math.abs(t.z) > 2 ? "a little off" : "" }),
+      html("td", { class: "status", text: t.suspect ? `others say ${t.expected_m.toFixed(2)} m ± ${(t.expected_sd_m * 164.5).toFixed(1)} cm` : !contradictory && t.checked && t.z !== null && Math.abs(t.z) > 2 ? "a little off" : "" }),
       html("td", {}, html("button", { type: "button", "aria-label": `Remove the tape ${t.a} to ${t.b}`, onclick: () => this.act("set_tape", { a: t.a, b: t.b, metres: null }), text: "×" }))));
     const known = html("datalist", { id: "tags" }, tags.map((t) => html("option", { value: t.tag, label: t.name })));
     const end = (id, label) => html("input", { type: "text", id, class: "end", list: "tags", autocomplete: "off", maxlength: 4, "data-control": id, "aria-label": label, placeholder: id === "from" ? "P0" : "P1" });

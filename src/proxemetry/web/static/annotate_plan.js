@@ -57,7 +57,8 @@ export class FloorPlan {
   }
 
   tape(t, [x1, y1], [x2, y2]) {
-    const kind = t.suspect ? "wrong" : t.checked && Math.abs(t.z ?? 0) > 2 ? "off" : "";
+    const bent = this.fields.tapes.some((other) => other.suspect);
+    const kind = t.suspect ? "wrong" : !bent && t.checked && Math.abs(t.z ?? 0) > 2 ? "off" : "";
     return svg("line", { class: `tape ${kind}`, x1, y1, x2, y2 }, svg("title", { text: `${t.a} – ${t.b}: ${t.metres} m` }));
   }
 
