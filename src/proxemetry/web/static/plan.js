@@ -124,7 +124,7 @@ export class Plan {
     if (!a || !b) return null;
     const [[x1, y1], [x2, y2]] = [at(a), at(b)];
     const shown = this.state.allPairs || p.nearest;
-    return svg("line", { class: `pair${shown ? "" : " spare"}${p.vague ? " vague" : ""}`, x1, y1, x2, y2, "data-pair": `${p.a}-${p.b}`, visibility: shown ? null : "hidden" });
+    return svg("line", { class: `pair${shown ? "" : " spare"}${p.vague ? " vague" : ""}`, x1, y1, x2, y2, stroke: p.colour, "data-pair": `${p.a}-${p.b}`, visibility: shown ? null : "hidden" });
   }
 
   labels(known, placed, at, width, height) {
