@@ -3,14 +3,17 @@
 import csv
 import json
 import os
+import shutil
 import subprocess
 import sys
+import venv
 import zipfile
 from pathlib import Path
 
 import pytest
 
 from proxemetry.camera import Camera
+from proxemetry.version import __version__
 from synthetic.drawn import people_at
 
 ROOT = Path(__file__).parents[1]
@@ -29,11 +32,46 @@ def recorded(path):
     path.write_text(json.dumps({"skeleton": "coco17", "images": [image]}))
 
 
-def test_a_wheel_measures_outside_the_checkout(tmp_path):
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory):
     pytest.importorskip("hatchling")
-    build = [sys.executable, "-m", "hatchling", "build", "-t", "wheel", "-d", str(tmp_path / "dist")]
+    folder = tmp_path_factory.mktemp("dist")
+    build = [sys.executable, "-m", "hatchling", "build", "-t", "wheel", "-d", str(folder)]
     subprocess.run(build, cwd=ROOT, check=True, capture_output=True)
-    (wheel,) = (tmp_path / "dist").glob("*.whl")
+    (built,) = folder.glob("*.whl")
+    return built
+
+
+def outside():
+    """Return an environment in which Python does not find the checkout."""
+    return {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
+
+
+def test_pip_installs_the_wheel_into_a_new_environment(wheel, tmp_path):
+    environment = tmp_path / "environment"
+    venv.create(environment, with_pip=True, system_site_packages=True)
+    scripts = environment / ("Scripts" if os.name == "nt" else "bin")
+    pip = [scripts / "python", "-m", "pip", "install", "--no-index", "--no-deps", "--force-reinstall", wheel]
+    subprocess.run([*map(str, pip)], check=True, capture_output=True, env=outside(), cwd=tmp_path)
+    # Its dependencies are those of the environment that runs the tests.
+    paths = {**outside(), "PYTHONPATH": os.pathsep.join(p for p in sys.path if p.endswith("site-packages"))}
+    shown = subprocess.run([str(scripts / "proxemetry"), "--version"], check=True, capture_output=True, env=paths)
+    assert shown.stdout.decode().strip() == f"proxemetry {__version__}"
+
+
+@pytest.mark.parametrize("manager", ["uvx", "pipx"])
+def test_a_tool_manager_runs_the_wheel(wheel, manager):
+    """Fetches the dependencies: only where such a manager is installed, and where it reaches a package index."""
+    if shutil.which(manager) is None:
+        pytest.skip(f"{manager} is not installed")
+    command = ["uvx", "--from"] if manager == "uvx" else ["pipx", "run", "--spec"]
+    shown = subprocess.run([*command, str(wheel), "proxemetry", "--version"], capture_output=True, env=outside())
+    if shown.returncode and b"proxemetry" not in shown.stdout:
+        pytest.skip(f"{manager} could not fetch the dependencies")
+    assert shown.stdout.decode().splitlines()[-1] == f"proxemetry {__version__}"
+
+
+def test_a_wheel_measures_outside_the_checkout(wheel, tmp_path):
     with zipfile.ZipFile(wheel) as file:
         file.extractall(tmp_path / "installed")
     data = {p.relative_to(ROOT / "src") for p in (ROOT / "src").rglob("*") if p.is_file() and p.suffix != ".pyc"}

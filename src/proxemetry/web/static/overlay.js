@@ -6,6 +6,11 @@ import { place, placeBadges } from "./placement.js";
 import { ZoomedPhoto } from "./zoom.js";
 
 const MOST_SPARE_PAIRS = 1200;
+// How many of its own heights a label goes to leave a head and a body; how thick limbs are in heads' radii (as in the figures).
+const HEAD_COST = 14;
+const BODY_COST = 8;
+const LIMB = 0.35;
+const TRUNK = ["left_shoulder", "right_shoulder", "left_hip", "right_hip"];
 
 export class Overlay extends ZoomedPhoto {
   // `on` hears: choose(person), light({person, pair}), moved(person, joint, [x, y]), clicked([x, y]), failed(), drawn().
@@ -112,11 +117,21 @@ export class Overlay extends ZoomedPhoto {
       const text = pairText(p);
       return { pair: p, text, from: people[p.a].anchor, to: people[p.b].anchor, w: text.length * size * 0.56 + size * 0.7, h: size * 1.5 };
     });
-    const avoid = heads.map(([x, y, r]) => [x - r * 0.8, y - r * 0.8, x + r * 0.8, y + r * 0.8]);
+    const avoid = heads.map(([x, y, r]) => ({ box: [x - r * 0.8, y - r * 0.8, x + r * 0.8, y + r * 0.8], cost: HEAD_COST }));
+    if (!many) avoid.push(...people.flatMap((p) => this.limbs(p)).map((box) => ({ box, cost: BODY_COST })));
     const centres = place(items, taken, avoid, bounds);
     const nodes = [...spare.map((p) => this.line(p, unit, "spare")), ...drawn.map((p) => this.line(p, unit, ""))];
     items.forEach((item, i) => centres[i] && nodes.push(this.tag(item, centres[i], size, unit)));
     return nodes;
+  }
+
+  // The boxes of a person's limbs and trunk, which labels should leave visible.
+  limbs(p) {
+    const margin = LIMB * (p.head?.[2] ?? 0);
+    const around = (xs, ys) => [Math.min(...xs) - margin, Math.min(...ys) - margin, Math.max(...xs) + margin, Math.max(...ys) + margin];
+    const trunk = TRUNK.map((name) => p.keypoints[this.fields.joints.indexOf(name)]).filter(Boolean);
+    const boxes = p.bones.map(([x1, y1, x2, y2]) => around([x1, x2], [y1, y2]));
+    return trunk.length > 2 ? [...boxes, around(trunk.map((k) => k[0]), trunk.map((k) => k[1]))] : boxes;
   }
 
   line(p, unit, kind) {
