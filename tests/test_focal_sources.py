@@ -40,7 +40,7 @@ def test_a_source_survives_json(source: Source) -> None:
 
 def test_a_new_focal_length_settles_doubts_about_the_old_one_alone() -> None:
     kept = {doubt for doubt in Doubt if not doubt.is_settled_by_focal}
-    assert kept == {Doubt.CROPPED, Doubt.ZOOMED, Doubt.LENS, Doubt.PROJECTION, Doubt.MOUNT, Doubt.OTHER}
+    assert kept == {Doubt.CROPPED, Doubt.ZOOMED, Doubt.LENS, Doubt.PROJECTION, Doubt.MOUNT, Doubt.DEPTH, Doubt.OTHER}
     assert str(Flag(Doubt.CROPPED, "cropped (x)")) == "cropped (x)"
 
 

@@ -5,6 +5,7 @@ import signal
 import sys
 import threading
 import time
+from collections.abc import Iterator
 from multiprocessing import get_context
 from pathlib import Path
 
@@ -19,6 +20,14 @@ def _hears_ctrl_c(process: int) -> bool:
     lines = dict(line.split(":", 1) for line in Path(f"/proc/{process}/status").read_text().splitlines())
     bit = 1 << (signal.SIGINT - 1)
     return not (int(lines["SigBlk"], 16) | int(lines["SigIgn"], 16)) & bit
+
+
+@pytest.fixture(autouse=True)
+def answered() -> Iterator[None]:
+    """Answer Ctrl-C as Python does by default, in a shell's background too, where it is ignored."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
 
 
 def test_ctrl_c_while_held_is_answered_afterwards() -> None:
