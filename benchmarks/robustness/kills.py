@@ -55,22 +55,16 @@ def _run(folder: Path, args: argparse.Namespace) -> int:
             starts += 1
             n_parts = len(_parts(out))
             resumed_at.append(n_parts)
-        # Mostly in the middle of the work, after some more parts; sometimes while starting, listing or loading.
-        goal, until = n_parts + chance.randrange(1, 6), time.monotonic() + 600
-        if chance.random() < 0.25:
-            until = time.monotonic() + chance.uniform(0.2, 4.0)
-        while process.poll() is None and len(_parts(out)) < goal and time.monotonic() < until:
-            time.sleep(0.002)
-        time.sleep(chance.uniform(0, 0.05))
+        _await_moment(process, out, n_parts, chance)
         if process.poll() == _NOT_STARTED and args.engine == "ray":
-            # On a busy machine Ray gives up on its own start after half a minute; who sees that line tries again.
+            # On a busy machine Ray gives up on its own start after half a minute: then it is started again.
             not_started, process = not_started + 1, None
             continue
         if process.poll() is not None:  # it ended before it could be killed: look, and begin anew
             problems = _check(out, args.photos)
             if process.returncode or problems:
-                said = (folder / "said.txt").read_text(errors="replace")[-2000:]
-                print(f"a run ended with exit code {process.returncode}; {'; '.join(problems)}; it said:\n{said}")
+                output = (folder / "output.txt").read_text(errors="replace")[-2000:]
+                print(f"a run ended with exit code {process.returncode}; {'; '.join(problems)}; its output:\n{output}")
                 return 1
             shutil.rmtree(out)
             process = None
@@ -84,6 +78,24 @@ def _run(folder: Path, args: argparse.Namespace) -> int:
             process = None
     if process is not None:
         process.wait()
+    return _finish(folder, args, kills, starts, not_started, resumed_at)
+
+
+def _await_moment(process: subprocess.Popen[bytes], out: Path, n_parts: int, chance: random.Random) -> None:
+    """Wait for the next kill: mostly after some more parts, sometimes while starting, listing or loading."""
+    goal, until = n_parts + chance.randrange(1, 6), time.monotonic() + 600
+    if chance.random() < 0.25:
+        until = time.monotonic() + chance.uniform(0.2, 4.0)
+    while process.poll() is None and len(_parts(out)) < goal and time.monotonic() < until:
+        time.sleep(0.002)
+    time.sleep(chance.uniform(0, 0.05))
+
+
+def _finish(
+    folder: Path, args: argparse.Namespace, kills: Counter[str], starts: int, not_started: int, resumed_at: list[int]
+) -> int:
+    """Give the command once more, to its end; print what is there then and return the exit code."""
+    photos, out, keypoints = folder / "photos", folder / "out", folder / "keypoints.json"
     code = _NOT_STARTED
     while code == _NOT_STARTED and not_started < _MOST_STARTS:
         code = _start(photos, out, keypoints, args).wait()
@@ -91,7 +103,7 @@ def _run(folder: Path, args: argparse.Namespace) -> int:
     problems = _check(out, args.photos)
     print(f"{sum(kills.values())} kills ({dict(kills)}), {starts + 1} starts, parts there at each: {resumed_at}")
     if not_started:
-        print(f"Ray did not start {not_started} times, and said so")
+        print(f"Ray did not start {not_started} times")
     print(
         f"last exit code {code}; {'; '.join(problems) or f'all {args.photos} photos exactly once, nothing left over'}"
     )
@@ -99,11 +111,11 @@ def _run(folder: Path, args: argparse.Namespace) -> int:
 
 
 def _start(photos: Path, out: Path, keypoints: Path, args: argparse.Namespace) -> subprocess.Popen[bytes]:
-    with (out.parent / "said.txt").open("wb") as said:
+    with (out.parent / "output.txt").open("wb") as output:
         return subprocess.Popen(
             [sys.executable, "-m", "proxemetry", "measure", photos, "--out", out, "--pose", f"recorded:{keypoints}",
              "--jobs", str(args.jobs), "--engine", args.engine],
-            stdout=subprocess.DEVNULL, stderr=said, start_new_session=True,
+            stdout=subprocess.DEVNULL, stderr=output, start_new_session=True,
         )  # fmt: skip
 
 
