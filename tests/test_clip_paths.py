@@ -9,7 +9,8 @@ from proxemetry.clip.joining import joined
 from proxemetry.clip.motion import SPEED_SD_M_S, VELOCITY, transition
 from proxemetry.clip.sightings import Chain, Sightings
 from proxemetry.clip.smoothing import LASTING_SHARE, noise_scale_of, smooth, surprises
-from proxemetry.clip.tracking import SWAY_SD_M, intersection_over_union, track
+from proxemetry.clip.tracking import SWAY_SD_M, track
+from proxemetry.overlap import pairwise_iou
 
 STEP = 0.2
 
@@ -188,7 +189,7 @@ def test_covariances_that_are_too_small_are_found_out():
 
 def test_overlap_of_boxes():
     boxes = np.array([[0.0, 0, 2, 2], [1, 0, 3, 2], [5, 5, 6, 6], [np.nan] * 4])
-    found = intersection_over_union(boxes[:1], boxes)[0]
+    found = pairwise_iou(boxes[:1], boxes)[0]
     assert found[:3] == pytest.approx([1.0, 2 / 6, 0.0])
     assert np.isnan(found[3])
 

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from proxemetry import intervals
-from proxemetry.overlap import SIGMAS, iou, keypoint_similarity, sigmas_of
+from proxemetry.overlap import SIGMAS, iou, keypoint_similarity, pairwise_iou, sigmas_of
 from proxemetry.people import People
 from proxemetry.people.duplicates import similarity
 from proxemetry.people.skeleton import COCO_17
@@ -33,6 +33,14 @@ def test_overlap_is_mutual_and_a_share(numbers):
     a, b = (box(min(x, u), min(y, v), max(x, u), max(y, v)) for x, y, u, v in (numbers[:4], numbers[4:]))
     assert iou(a, b[None])[0] == pytest.approx(iou(b, a[None])[0])
     assert 0 <= iou(a, b[None])[0] <= 1 + 1e-12
+
+
+def test_pairs_of_boxes_overlap_as_one_with_the_others_does():
+    boxes = np.array([box(0, 0, 2, 1), box(1, 0, 3, 1), box(1, 1, 1, 3), box(5, 5, 6, 6), np.full(4, np.nan)])
+    pairs = pairwise_iou(boxes, boxes)
+    assert np.isnan(pairs[2, 2]) and np.isnan(pairs[4]).all() and np.isnan(pairs[:, 4]).all()
+    for one, row in zip(boxes[[0, 1, 3]], pairs[[0, 1, 3]], strict=True):
+        assert iou(one, boxes) == pytest.approx(np.nan_to_num(row))
 
 
 def test_a_joint_off_by_two_sigmas_of_the_persons_size_is_worth_one_over_root_e():

@@ -29,7 +29,7 @@ import numpy as np
 from benchmarks.accuracy.pets import Calibration, read_truth
 from proxemetry.assignment import assign
 from proxemetry.cli import main as proxemetry
-from proxemetry.clip.tracking import intersection_over_union
+from proxemetry.overlap import pairwise_iou
 
 FPS = 5.0
 LAST_S = 39.95
@@ -153,7 +153,7 @@ def score(folder: Path, truth: dict, name: str) -> str:
         if moment is None or t_s > LAST_S:
             continue
         tracks = list(boxes[frame])
-        overlap = intersection_over_union(moment.boxes_px, np.array([boxes[frame][t] for t in tracks]).reshape(-1, 4))
+        overlap = pairwise_iou(moment.boxes_px, np.array([boxes[frame][t] for t in tracks]).reshape(-1, 4))
         for i, j in np.argwhere(overlap >= 0.5):
             shared[moment.ids[i], tracks[j]] += 1
         keep = np.array([[last.get(i) == t for t in tracks] for i in moment.ids]).reshape(overlap.shape)

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from proxemetry.arrays import FloatArray
 from proxemetry.camera import Camera, FloorFrame, Mount
-from proxemetry.overlap import iou
+from proxemetry.overlap import pairwise_iou
 from proxemetry.people import People
 from proxemetry.photo import Photo
 from proxemetry.pose import backend_named
@@ -120,7 +120,7 @@ def pets_frames(folder: Path, detect: Callable[[int], People]) -> list[Frame]:
 def _owners(people: People, boxes_px: FloatArray) -> NDArray[np.intp]:
     """Return the box that each detection shows, the best overlap first, one to one."""
     owners = np.full(len(people), -1)
-    overlap = np.array([iou(box, boxes_px) for box in people.boxes_px]).reshape(len(people), len(boxes_px))
+    overlap = np.nan_to_num(pairwise_iou(people.boxes_px, boxes_px))
     while overlap.size and overlap.max() >= LEAST_OVERLAP:
         row, box = np.unravel_index(overlap.argmax(), overlap.shape)
         owners[row] = box

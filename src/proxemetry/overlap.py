@@ -23,12 +23,19 @@ def iou(box: FloatArray, others: FloatArray) -> FloatArray:
 
     Boxes are x0, y0, x1, y1. A box without area overlaps with nothing but itself; one of NaN with nothing.
     """
-    low, high = np.maximum(box[:2], others[:, :2]), np.minimum(box[2:], others[:, 2:])
-    shared = np.clip(high - low, 0, None).prod(axis=1)
-    areas = np.clip(others[:, 2:] - others[:, :2], 0, None).prod(axis=1)
-    union = areas + np.clip(box[2:] - box[:2], 0, None).prod() - shared
-    ratio = np.nan_to_num(np.divide(shared, union, out=np.zeros_like(shared), where=union > 0))
-    return np.where((others == box).all(axis=1), 1.0, ratio)
+    return np.where((others == box).all(axis=1), 1.0, np.nan_to_num(pairwise_iou(box[None], others)[0]))
+
+
+def pairwise_iou(a: FloatArray, b: FloatArray) -> FloatArray:
+    """Return the intersection over union of boxes (N, 4) with others (M, 4), shape (N, M).
+
+    It is NaN where one of the two is no box, of NaN or both without area.
+    """
+    low, high = np.maximum(a[:, None, :2], b[None, :, :2]), np.minimum(a[:, None, 2:], b[None, :, 2:])
+    shared = np.maximum(high - low, 0.0).prod(axis=-1)
+    areas = [np.maximum(boxes[:, 2:] - boxes[:, :2], 0.0).prod(axis=-1) for boxes in (a, b)]
+    union = areas[0][:, None] + areas[1][None] - shared
+    return np.where(union > 0, shared / np.where(union > 0, union, 1.0), np.nan)
 
 
 def sigmas_of(joints: Sequence[str]) -> FloatArray:

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from ..arrays import FloatArray
 from ..assignment import assign
+from ..overlap import pairwise_iou
 from .motion import PLACE, first_state, transition
 from .sightings import Chain, Sightings
 
@@ -142,7 +143,7 @@ def _assigned(
     determinant = a * d - b * c
     x, y = apart[..., 0], apart[..., 1]
     distance2 = (d * x * x - (b + c) * x * y + a * y * y) / determinant
-    overlap = intersection_over_union(tracks.boxes[rows], seen.boxes_px[who])
+    overlap = pairwise_iou(tracks.boxes[rows], seen.boxes_px[who])
     fresh = (seen.t_s - tracks.seen_s[rows] <= _BOX_FRESH_S)[:, None] & np.isfinite(overlap)
     # a vague forecast fits everywhere: its density is the lower
     cost = distance2 + np.log(determinant) + np.where(fresh, _BOX_COST * (1 - overlap), 0.0)
@@ -164,20 +165,10 @@ def _not_seen_twice(seen: Sightings, free: NDArray[np.intp], taken: NDArray[np.i
     """Return the free sightings but those of a person who has been matched already."""
     if not len(free) or not len(taken):
         return free
-    overlap = intersection_over_union(seen.boxes_px[free], seen.boxes_px[taken])
+    overlap = pairwise_iou(seen.boxes_px[free], seen.boxes_px[taken])
     apart = np.linalg.norm(seen.positions_m[free][:, None] - seen.positions_m[taken][None], axis=-1)
     twice = (np.nan_to_num(overlap) > _TWICE_IOU) & (apart < _TWICE_M)
     return free[~twice.any(axis=1)]
-
-
-def intersection_over_union(a: FloatArray, b: FloatArray) -> FloatArray:
-    """Return the overlap of boxes (n, 4) and (m, 4), shape (n, m); NaN where there is no box."""
-    low = np.maximum(a[:, None, :2], b[None, :, :2])
-    high = np.minimum(a[:, None, 2:], b[None, :, 2:])
-    shared = np.maximum(high - low, 0.0).prod(axis=-1)
-    areas = [(boxes[:, 2:] - boxes[:, :2]).prod(axis=-1) for boxes in (a, b)]
-    union = areas[0][:, None] + areas[1][None] - shared
-    return np.where(union > 0, shared / np.where(union > 0, union, 1.0), np.nan)
 
 
 def _confirmed(links: list[list[tuple[int, int]]], shot: Sequence[Sightings], sure: float) -> list[Chain]:

@@ -11,7 +11,7 @@ import numpy as np
 
 from ...arrays import FloatArray
 from ...assignment import assign
-from ...overlap import iou
+from ...overlap import pairwise_iou
 from ...scene import Scene
 from .actions import Action
 from .corrections import FileKey, by_file, in_force
@@ -111,7 +111,7 @@ def matched_people(a: Scene, b: Scene) -> list[tuple[int, int]]:
     """Return who is the same in two versions of a scene, by the overlap of their boxes, one to one."""
     if not len(a) or not len(b):
         return []
-    overlap = np.array([iou(box, b.people.boxes_px) for box in a.people.boxes_px])
+    overlap = np.nan_to_num(pairwise_iou(a.people.boxes_px, b.people.boxes_px))
     return [(i, k) for i, k in assign(-overlap) if overlap[i, k] >= SAME_PERSON_IOU]
 
 
