@@ -298,15 +298,16 @@ def test_export_writes_the_corrected_tables_and_the_log(client: Client, results:
     root = Path(results.folder.location)
     crowd = client.photo(0)
     client.act(0, "remove_person", {"box": crowd["people"][0]["box"]})
-    client.act(0, "note", {"text": 'a "quoted", note'})
+    client.act(0, "note", {"text": 'a "quoted", müde note'})
     client.http.post("/api/photos/0/undo")
     assert "corrections.csv" in client.http.post("/api/export").json()["files"]
     with (root / "people.csv").open() as file:
         assert sum(row["photo"] == "market/crowd.jpg" for row in csv.DictReader(file)) == 5
-    with (root / "corrections.csv").open() as file:
+    assert "müde" in (root / "corrections.csv").read_text(encoding="utf-8")  # read by people, not only by JSON
+    with (root / "corrections.csv").open(encoding="utf-8") as file:
         log = list(csv.DictReader(file))
     assert [row["action"] for row in log] == ["remove_person", "note", "undo"]
-    assert json.loads(log[1]["value"]) == {"text": 'a "quoted", note'} and log[0]["who"] == "ada"
+    assert json.loads(log[1]["value"]) == {"text": 'a "quoted", müde note'} and log[0]["who"] == "ada"
     with (root / "codebook.csv").open() as file:
         assert [row["column"] for row in csv.DictReader(file) if row["table"] == "corrections"] == list(log[0])
 

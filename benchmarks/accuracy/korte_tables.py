@@ -62,7 +62,8 @@ def summary(scores: dict[str, Score], all_photos: bool) -> str:
         row = [name, str(o.n_pairs), str(o.n_unscored)]
         row.append(number(sum(with_pairs) / len(with_pairs)) if with_pairs else "–")
         if all_photos:
-            row.append(number(o.pair_error_pct_mean_over_images))
+            # the protocol counts a method without a single pair as one without error
+            row.append(number(o.pair_error_pct_mean_over_images) if o.n_pairs else "–")
         else:
             low, high = o.ci95["pair_error_pct_mean_over_images"]
             row.append(f"{low:.1f}–{high:.1f}" if math.isfinite(low) else "–")

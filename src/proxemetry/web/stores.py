@@ -187,6 +187,6 @@ def log_csv(actions: Iterable[Action]) -> bytes:
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(column.name for column in CORRECTIONS)
     for a in actions:
-        value = json.dumps(dict(a.value), sort_keys=True)
+        value = json.dumps(dict(a.value), sort_keys=True, ensure_ascii=False)
         writer.writerow((a.number, *map(cell_of, (a.time, a.who, a.photo, a.sha256, a.action, value))))
     return text.getvalue().encode()
