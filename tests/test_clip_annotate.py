@@ -80,8 +80,35 @@ def test_heads_are_pixelated_unless_shown(scene):
         u, v = found.people.joint("nose")[row].astype(int)
         patch = np.s_[v - 2 : v + 3, u - 2 : u + 3]
         assert blurred[patch].std(axis=(0, 1)).mean() < 0.5 * pixels[patch].std(axis=(0, 1)).mean()
+    hidden = annotate.draw(pixels, found, {}, 2.0, "blur", np.array([[20.0, 20, 10]]))
+    assert hidden[15:25, 15:25].std() < 0.6 * pixels[15:25, 15:25].std()
+    assert (blurred[15:25, 15:25] == pixels[15:25, 15:25]).all()
     feet = found.people.joint("left_ankle")[0].astype(int)
     assert (blurred[feet[1], feet[0]] == pixels[feet[1], feet[0]]).all()
+
+
+def test_a_head_that_is_hidden_for_a_while_is_pixelated_where_it_must_be(tmp_path):
+    pytest.importorskip("av")
+    places = clips.walkers(FRAMES, STEP)[:, 2:]
+    places[4:7, 0] = np.nan  # who walks is not found for three frames
+    clips.write_video(tmp_path / "walk.avi", FRAMES, 1 / STEP)
+    clips.recorded(tmp_path / "walk.json", [f"walk.avi#t={k * STEP:.3f}" for k in range(FRAMES)], places)
+    clips.mount().write(tmp_path / "camera.json")
+    found = {}
+
+    def kept(analysis, folder):
+        found.update(hidden(analysis, folder))
+        return found
+
+    hidden, annotate.hidden_heads = annotate.hidden_heads, kept
+    try:
+        assert video(tmp_path, tmp_path / "out", "--annotated") == 0
+    finally:
+        annotate.hidden_heads = hidden
+    assert sorted(found) == [4, 5, 6] and all(heads.shape == (1, 3) for heads in found.values())
+    truth = clips.walkers(FRAMES, STEP)[5, 2]
+    high = clips.camera().project(clips.on_floor([[*truth, 1.6]]))[0]
+    assert np.linalg.norm(found[5][0, :2] - high) < found[5][0, 2] + 8
 
 
 def test_who_is_near_is_joined_by_a_line_and_who_is_not_is_not():

@@ -17,6 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from proxemetry.archive.store.folder import Folder
+from proxemetry.camera import Camera, Mount
 from proxemetry.clip.analysis import Wanted, assembled
 from proxemetry.clip.camera import ClipCamera
 from proxemetry.clip.measuring import Measured
@@ -26,6 +27,11 @@ from proxemetry.clip.sightings import Sightings
 from proxemetry.clip.writing import write_results
 
 SD_M = 0.15
+#: A camera on a mast before the place, whose error all people share.
+MOUNT = Mount.stated(
+    np.deg2rad(20.0), 0.0, 8.0, pitch_sd_rad=0.005, roll_sd_rad=0.005, height_sd_m=0.2,
+    camera=Camera.centred(1000, 1280, 720),
+)  # fmt: skip
 
 
 def main() -> None:
@@ -41,7 +47,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as scratch:
         begun = time.process_time()
         placed = [Placed(s, "ok", None, len(s), {}) for s in shot]
-        found = assembled(measured, Wanted(), {0: ClipCamera(None, None, "made up")}, placed)
+        found = assembled(measured, Wanted(), {0: ClipCamera(MOUNT, MOUNT.camera, "made up")}, placed)
         followed_s = time.process_time() - begun
         write_results(found, Folder(Path(scratch) / "out"))
         written_s = time.process_time() - begun - followed_s
@@ -68,6 +74,7 @@ def crowd(times: np.ndarray, at_once: int) -> list[Sightings]:
         there = np.flatnonzero((begin <= t) & (t < begin + seconds))
         gone = 1.2 * (t - begin[there])[:, None] - 10
         places = gone * ahead[there] + aside[there, None] * across[there] + rng.normal(0, SD_M, (len(there), 2))
+        places = places + (0.0, 22.0)
         shot.append(Sightings.of_places(float(t), places, SD_M))
     return shot
 

@@ -7,6 +7,8 @@ and of the GPL. Heads are pixelated unless asked otherwise.
 from __future__ import annotations
 
 import importlib.util
+import os
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +16,7 @@ import cv2
 import numpy as np
 
 from ..archive.store.folder import Folder
-from ..arrays import RGBArray
+from ..arrays import FloatArray, RGBArray
 from ..errors import SettingsError
 from ..people import People
 from ..plots.faces import heads_px, pixelated
@@ -47,6 +49,7 @@ def require_encoder() -> str:
 
 def annotate(path: Path, found: Analysis, folder: Folder, *, fps: float, faces: str = "blur") -> str:
     """Write the annotated clip into the folder and return its name."""
+    os.environ.setdefault("SVT_LOG", "1")  # the encoder's own report of its settings is nobody's news
     import av
 
     name = require_encoder()
@@ -54,12 +57,14 @@ def annotate(path: Path, found: Analysis, folder: Folder, *, fps: float, faces: 
     rate = max(1, round(1 / float(np.median(np.diff(times))))) if len(times) > 1 else 1
     tracks = _by_frame(found)
     every = (Scene.from_json(text) for _, texts in scenes(folder) for text in texts)
+    hidden = hidden_heads(found, folder)
     with folder.writing(FILE) as temporary, av.open(temporary, "w", format="mp4") as output:
         stream: Any = output.add_stream(name, rate=rate, options=dict(_ENCODERS)[name])
         width, height = found.measured.width_px // 2 * 2, found.measured.height_px // 2 * 2
         stream.width, stream.height, stream.pix_fmt = width, height, "yuv420p"
         for number, (frame, scene) in enumerate(zip(open_clip(path, fps).frames(), every, strict=False)):
-            drawn = draw(frame.photo.pixels(), scene, tracks.get(number, {}), found.wanted.within_m[-1], faces)
+            heads = hidden.get(number, np.zeros((0, 3)))
+            drawn = draw(frame.photo.pixels(), scene, tracks.get(number, {}), found.wanted.within_m[-1], faces, heads)
             picture = av.VideoFrame.from_ndarray(np.ascontiguousarray(drawn[:height, :width]), format="rgb24")
             output.mux(stream.encode(picture))
         output.mux(stream.encode(None))
@@ -76,18 +81,57 @@ def _by_frame(found: Analysis) -> dict[int, dict[int, tuple[int, float, float]]]
     return answer
 
 
+def hidden_heads(found: Analysis, folder: Folder) -> dict[int, FloatArray]:
+    """Return for each frame the circles (x, y, radius) of heads that are there but were not found, shape (n, 3).
+
+    A person who is bridged is somewhere between where they were seen before and after, and so is their head.
+    """
+    gaps = [
+        (int(p.track.frames[a]), int(p.rows[a]), int(p.track.frames[b]), int(p.rows[b]))
+        for p in found.people
+        for a, b in pairwise(np.flatnonzero(p.rows >= 0))
+        if b > a + 1
+    ]
+    ends = {frame for first, _, last, _ in gaps for frame in (first, last)}
+    circles = {
+        number: _heads(Scene.from_json(text).people)
+        for begin, texts in (scenes(folder) if ends else ())
+        for number, text in enumerate(texts, start=begin)
+        if number in ends
+    }
+    found_heads: dict[int, list[FloatArray]] = {}
+    for first, row, last, later in gaps:
+        before, after = circles[first][row], circles[last][later]
+        for frame in range(first + 1, last):
+            share = (frame - first) / (last - first)
+            between = (1 - share) * before + share * after
+            between[2] *= 1 + _MARGIN
+            found_heads.setdefault(frame, []).append(between)
+    return {frame: np.array(heads) for frame, heads in found_heads.items()}
+
+
 def draw(
-    pixels: RGBArray, scene: Scene, tracks: dict[int, tuple[int, float, float]], limit_m: float, faces: str
-) -> RGBArray:
-    """Return a frame with boxes, track numbers and distances below a limit; heads pixelated unless `faces` shows."""
-    picture = pixels.copy() if faces == "show" else pixelated(pixels, _heads(scene.people))
+    pixels: RGBArray, scene: Scene, tracks: dict[int, tuple[int, float, float]], limit_m: float, faces: str,
+    hidden: FloatArray | None = None,
+) -> RGBArray:  # fmt: skip
+    """Return a frame with boxes, track numbers and distances below a limit; heads pixelated unless `faces` shows.
+
+    hidden: circles (x, y, radius) of heads that nobody found in this frame, shape (n, 3).
+    """
+    heads = _heads(scene.people)
+    heads = heads if hidden is None else np.concatenate([heads, hidden])
+    picture = pixels.copy() if faces == "show" else pixelated(pixels, heads)
     size = max(0.4, pixels.shape[0] / 1100)
     feet = {row: _foot(scene.people, row) for row in tracks}
     rows = sorted(tracks)
+    written: list[tuple[int, int]] = []
     for a, b, gap in _nearest(tracks, limit_m):
-        middle = ((feet[a][0] + feet[b][0]) // 2, (feet[a][1] + feet[b][1]) // 2 + round(28 * size))
+        x, y = (feet[a][0] + feet[b][0]) // 2, (feet[a][1] + feet[b][1]) // 2 + round(28 * size)
+        while any(abs(x - u) < 90 * size and abs(y - v) < 26 * size for u, v in written):
+            y += round(26 * size)  # below the one that stands there
+        written.append((x, y))
         cv2.line(picture, feet[a], feet[b], _NEAR, 2, cv2.LINE_AA)
-        _write(picture, f"{gap:.1f} m", middle, _NEAR, size)
+        _write(picture, f"{gap:.1f} m", (x, y), _NEAR, size)
     for row in rows:
         box = scene.people.boxes_px[row]
         colour = _COLOURS[tracks[row][0] % len(_COLOURS)]

@@ -249,24 +249,25 @@ def _heat(data: Mapping[str, Any]) -> str:
 
 
 def _critical(numbers: Mapping[str, Any]) -> str:
+    told = {k: v for k, v in numbers["critical_density"].items() if isinstance(v, Mapping)}
+    if not told:
+        return ""
+    about = (
+        "<section><h2>Critical density</h2><p>The density at which, by linear regression, no one would be too near "
+        "(Yang et al. 2020), in persons per m², with an interval over stretches of time.</p>"
+    )
+    reasons = {v["reason"] for v in told.values()}
+    if len(reasons) == 1 and None not in reasons:
+        return f"{about}<p>None: {escape(str(reasons.pop()))}.</p></section>"
     rows = ""
-    for limit, found in numbers["critical_density"].items():
-        if not isinstance(found, Mapping):
-            continue
+    for limit, found in told.items():
         name = f"{limit.removesuffix('_apart')} m" + (", not of one group" if limit.endswith("_apart") else "")
         value = (
             _range(found["intercept"], found["low"], found["high"], digits=3)
             if found["reason"] is None else f"none: {found['reason']}"
         )  # fmt: skip
         rows += f"<tr><td>{escape(name)}</td><td>{escape(value)}</td></tr>"
-    if not rows:
-        return ""
-    return (
-        "<section><h2>Critical density</h2><p>The density at which, by linear regression, no one would be too near "
-        "(Yang et al. 2020), in persons per m², with an interval over stretches of time.</p><div class='wide'>"
-        "<table class='text'><tbody>"
-        f"{rows}</tbody></table></div></section>"
-    )
+    return f"{about}<div class='wide'><table class='text'><tbody>{rows}</tbody></table></div></section>"
 
 
 def _notes(numbers: Mapping[str, Any]) -> str:
