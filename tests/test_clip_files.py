@@ -189,6 +189,24 @@ def test_pictures_taken_minutes_apart_are_each_a_moment_of_its_own(tmp_path):
     assert (out / "report.html").exists()
 
 
+def test_people_of_pictures_minutes_apart_count_as_no_more_than_one_picture_shows(tmp_path):
+    folder = tmp_path / "lapse"
+    folder.mkdir()
+    for k in range(8):
+        cv2.imwrite(str(folder / f"{k}.png"), picture())
+    places = np.broadcast_to(clips.walkers(1, STEP), (8, 4, 2))
+    clips.recorded(tmp_path / "l.json", [f"lapse/{k}.png" for k in range(8)], places)
+    focal = ("--focal-px", str(clips.FOCAL_PX))
+    spread = {}
+    for fps in ("5", "0.05"):
+        out = tmp_path / fps
+        assert run(tmp_path, "lapse", "l.json", out, "--fps", fps, *focal) == 0
+        said = json.loads((out / "summary.json").read_text())["cameras"]["0"]
+        assert " 4 people" in said
+        spread[fps] = json.loads((out / "mount.json").read_text())["pitch_sd_deg"]
+    assert spread["0.05"] > 0.7 * spread["5"]  # not a quarter: eight times four are still four
+
+
 def test_a_folder_without_pictures_is_one_line(tmp_path):
     with pytest.raises(ClipError, match="no pictures in this folder"):
         open_clip(tmp_path, 5.0)

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..arrays import FloatArray
-from ..calibration.identity import linked
+from ..calibration.identity import MEMORY_S, linked
 from ..calibration.people import Gathered, from_people
 from ..camera import Camera, CameraEstimate, Mount
 from ..errors import CameraError
@@ -49,8 +49,10 @@ def told_by_people(
 
     stated: what is known of the camera besides; it is weighed against the people.
     """
-    gathered, estimate, met = Gathered(), CameraEstimate(None), 0
+    gathered, estimate, met, recurring = Gathered(), CameraEstimate(None), 0, False
     for scenes, times in blocks:
+        # pictures further apart than anybody is remembered: the same few may be in all of them
+        recurring |= len(times) > 1 and float(np.median(np.diff(times))) > MEMORY_S
         usable = [(s, t) for s, t in zip(scenes, times, strict=True) if s.status == "ok"]
         who = linked([s.people for s, _ in usable], [t for _, t in usable])
         for (scene, _), persons in zip(usable, who, strict=True):
@@ -62,7 +64,9 @@ def told_by_people(
     if camera is None:
         return ClipCamera(None, None, "the focal length is unknown: state it, or a mount that has it")
     try:
-        found = from_people(gathered, camera, focal_known=not estimate.is_assumed, settings=settings)
+        found = from_people(
+            gathered, camera, focal_known=not estimate.is_assumed, recurring=recurring, settings=settings
+        )
     except CameraError as error:
         return ClipCamera(None, camera, f"{error}; every frame is measured by itself")
     if found.n_people < _FEWEST_PEOPLE:
