@@ -29,9 +29,6 @@ WIDEST_RATIO = 1.3 / 0.7
 #: How far people are believed where they determine a focal length: their intervals of four hold half of the truths, of
 #: ten nine in ten (`benchmarks/accuracy/self_calibration.py --mocap`).
 _PEOPLE_TRUST = 0.85
-#: An assumption's standard deviation grows by this: the fit is linear about one focal length, so wide a spread is not
-#: (`benchmarks/accuracy/unstated_focal.py`: without it, intervals hold 82 % of pairs).
-_BEYOND_LINEAR = 1.2
 #: Lines that are believed less than this say nothing worth printing.
 _HARDLY = 0.5
 _GRID: FloatArray = np.linspace(math.log(8.0), math.log(800.0), 461)  # log 35 mm equivalents
@@ -90,7 +87,7 @@ def without_statement(
         source, doubt = Source(FocalSource.ASSUMED_PRIOR), Doubt.ASSUMED
         text = f"focal length {source}"
         why = f"nothing narrows it enough: {_millimetres(low, high)} stays possible"
-    rel_sd = math.hypot(sd if told else sd * _BEYOND_LINEAR, frame.size_rel_sd)
+    rel_sd = math.hypot(sd, frame.size_rel_sd)
     chosen = Candidate(math.exp(mean) * unit, rel_sd, source)
     camera = Camera.centred(chosen.focal_px, photo.width, photo.height, focal_rel_sd=rel_sd, source=source)
     camera = replace(camera, principal_sd_px=frame.principal_sd_px)

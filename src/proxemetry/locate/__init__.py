@@ -15,7 +15,7 @@ from ..people import People
 
 #: Option name -> "module:function".
 METHODS = {
-    "scene": "scenefit:locate",
+    "scene": "unsure_focal:locate",
     "combined": "pinhole:locate_combined",
     "torso": "pinhole:locate_torso",
     "shoulder": "pinhole:locate_shoulder",

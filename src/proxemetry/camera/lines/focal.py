@@ -13,7 +13,7 @@ from .gravity import TOO_FEW, checked
 from .mixture import Fitted, lines_of, nothing_cost, refined
 from .model import AZIMUTH, CENTRE, LOG_F, N_PARAMETERS, PITCH, PRIOR, SKEW, Prior
 from .search import starts
-from .trust import trust_of
+from .trust import HOPELESS, trust_of
 
 #: Focal lengths of the profile, in diagonals: 12 to 350 mm on the 36 x 24 mm frame. Every third is started from tables.
 _GRID: FloatArray = np.log(np.geomspace(0.28, 8.0, 16))
@@ -117,6 +117,8 @@ def focal_profile(
     prior = PRIOR.with_centre_sd(math.hypot(usual, centre_sd_px / diagonal))
     rows = np.concatenate([starts(lines, value, _TILTS, _REFINED) for value in _STARTED.tolist()])
     first = refined(lines, rows, prior, None, _FIRST_STEPS)
+    if float((nothing_cost(lines) - first.marginal()).max()) < HOPELESS:
+        return NO_STRUCTURE
     # each of the best explanations is followed through all focal lengths
     ways = first.rows[_distinct(first)]
     begin = _moved(ways[None], _GRID[:, None])

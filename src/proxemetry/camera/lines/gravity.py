@@ -15,10 +15,10 @@ from ..mount import Mount
 from .mixture import Fitted, Lines, lines_of, nothing_cost, refined
 from .model import AZIMUTH, LOG_F, PRIOR, down_of
 from .search import starts
-from .trust import trust_of
+from .trust import HOPELESS, trust_of
 
 #: How many ways to hold the camera are looked at with all azimuths, and how many of all these are refined.
-_TILTS, _REFINED = 20, 8
+_TILTS, _REFINED, _FIRST_STEPS = 20, 8, 4
 #: Doubts that more segments do not lessen: walls out of plumb, bent lenses, standard deviations of pitch and roll.
 #: Pitch counts as York Urban's labels do: their vertical and their horizon differ by a degree in the median.
 SYSTEMATIC_RAD: FloatArray = np.radians([1.0, 0.15])
@@ -90,8 +90,10 @@ def read_gravity(segments_px: ArrayLike, camera: Camera) -> Gravity | str:
         return TOO_FEW
     centre_sd = max(camera.principal_sd_px / diagonal, 1e-4)
     prior = PRIOR.with_focal(math.log(f_px / diagonal), max(camera.focal_rel_sd, 1e-3)).with_centre_sd(centre_sd)
-    fit = refined(lines, starts(lines, math.log(f_px / diagonal), _TILTS, _REFINED), prior)
-    return _answer(lines, _once(fit))
+    first = refined(lines, starts(lines, math.log(f_px / diagonal), _TILTS, _REFINED), prior, None, _FIRST_STEPS)
+    if float((nothing_cost(lines) - first.marginal()).max()) < HOPELESS:
+        return NO_STRUCTURE
+    return _answer(lines, _once(refined(lines, first.rows, prior)))
 
 
 def checked(segments_px: ArrayLike) -> FloatArray:

@@ -1,0 +1,83 @@
+"""The scene fit where the focal length is hardly known: fitted at several, and their explanations held together.
+
+The fit is linear about one focal length, and between people who lean, gait and floors that fall it finds a focal length
+in a photo that has none to tell: a level camera's people fit every one. What people do tell is heard before
+(`camera.from_people`), so that the fit may not tell it again. Where the focal length is less sure than `UNSURE_SD`, it
+is held at three values instead, Gauss and Hermite's of a normal distribution, and each fit is a mode of the bodies.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from ..bodies import Bodies, Floor, Mode
+from ..camera import Camera, Mount
+from ..people import People
+from . import LocateSettings
+from .scenefit import locate as fitted
+
+#: From this relative standard deviation on. What the file records is surer, and so is most of what lines tell.
+UNSURE_SD = 0.25
+#: A camera pitched by more than this is told its focal length by the people on the floor, and the fit may use it.
+PITCHED_RAD = math.radians(12.0)
+#: In standard deviations of the log focal length, with their weights: exact for polynomials of the fifth degree. The
+#: outer ones are where central 90 % intervals end, about.
+_NODES = ((-math.sqrt(3), 1 / 6), (0.0, 2 / 3), (math.sqrt(3), 1 / 6))
+#: Focal lengths of lenses that exist, in long sides of the photo: 8 to 2000 mm on the 36 x 24 mm frame.
+_BOUNDS = (8 / 36, 2000 / 36)
+#: How far each fit may move its own focal length.
+_HELD_SD = 0.05
+
+
+def locate(people: People, camera: Camera, settings: LocateSettings, mount: Mount | None = None) -> Bodies:
+    """Return where people stand by `scenefit.locate`, at several focal lengths where the camera's is hardly known."""
+    if camera.focal_rel_sd < UNSURE_SD or (mount is not None and mount.camera is not None) or not len(people):
+        return fitted(people, camera, settings, mount)
+    free = fitted(people, camera, settings, mount)
+    if free.floor is not None and abs(free.floor.pitch_rad) > PITCHED_RAD:
+        return free
+    fits = [fitted(people, _at(camera, z), settings, mount) for z, _ in _NODES]
+    middle = fits[1]
+    if not all((fit.placed == middle.placed).all() for fit in fits):
+        return free
+    modes: list[Mode] = []
+    for fit, (_, weight) in zip(fits, _NODES, strict=True):
+        own = fit.modes or (Mode(1.0, fit.positions_m, fit.covariance_m2),)
+        modes += [replace(mode, weight=mode.weight * weight) for mode in own]
+    about = [(mode.positions_m - middle.positions_m).ravel() for mode in modes]
+    covariance = np.sum(
+        [m.weight * (m.covariance_m2 + np.outer(a, a)) for m, a in zip(modes, about, strict=True)], axis=0
+    )
+    return replace(middle, covariance_m2=covariance, modes=tuple(modes), floor=_floor(fits))
+
+
+def _at(camera: Camera, z: float) -> Camera:
+    """Return the camera with a focal length that is so many standard deviations off, and sure."""
+    low, high = (bound * max(camera.width, camera.height) for bound in _BOUNDS)
+    f_px = camera.f_px * math.exp(z * camera.focal_rel_sd)
+    nearest = min(max(f_px, min(low, camera.f_px)), max(high, camera.f_px))
+    return camera.with_focal(nearest, focal_rel_sd=_HELD_SD, source=camera.source)
+
+
+def _floor(fits: list[Bodies]) -> Floor | None:
+    """Return the middle fit's floor with deviations that hold the others."""
+    middle = fits[1].floor
+    if middle is None or any(fit.floor is None for fit in fits):
+        return middle
+    sds = {
+        f"{name}_sd_{unit}": math.sqrt(
+            sum(
+                weight
+                * (
+                    getattr(fit.floor, f"{name}_sd_{unit}") ** 2
+                    + (getattr(fit.floor, f"{name}_{unit}") - getattr(middle, f"{name}_{unit}")) ** 2
+                )
+                for fit, (_, weight) in zip(fits, _NODES, strict=True)
+            )
+        )
+        for name, unit in (("height", "m"), ("pitch", "rad"), ("roll", "rad"))
+    }
+    return replace(middle, **sds)

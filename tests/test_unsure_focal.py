@@ -1,0 +1,51 @@
+"""People placed where the focal length is hardly known: several focal lengths held together."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from proxemetry.distances import measure_distances
+from proxemetry.locate import LocateSettings, method_named
+from proxemetry.locate.scenefit import locate as fitted
+from proxemetry.locate.unsure_focal import PITCHED_RAD, UNSURE_SD, locate
+from synthetic.scenes import Recipe, SyntheticPhoto, scenes
+
+
+@pytest.fixture(scope="module")
+def level() -> SyntheticPhoto:
+    """Return people before a level camera of 50 mm."""
+    made = scenes(12, 3, Recipe(focal_mm=(50.0,)))
+    return next(p for p in made if abs(p.pitch_rad) < PITCHED_RAD / 3 and len(p.people) >= 3 and p.kind != "elevated")
+
+
+def test_a_focal_length_that_is_known_is_fitted_as_ever(level: SyntheticPhoto) -> None:
+    bodies = method_named("scene")(level.people, level.camera, LocateSettings(), None)
+    np.testing.assert_array_equal(bodies.positions_m, fitted(level.people, level.camera, LocateSettings()).positions_m)
+
+
+@pytest.mark.parametrize("factor", [math.exp(-0.5), 1.0, math.exp(0.5)])
+def test_depth_is_as_uncertain_as_the_focal_length(level: SyntheticPhoto, factor: float) -> None:
+    """Whichever focal length is assumed, one standard deviation off: the true distances are inside."""
+    camera = replace(level.camera.with_focal(level.camera.f_px * factor), focal_rel_sd=0.5)
+    bodies = locate(level.people, camera, LocateSettings())
+    assert sum(mode.weight for mode in bodies.modes) == pytest.approx(1)
+    depth = bodies.position_sd_m[:, 2] / bodies.positions_m[:, 2]
+    # depth goes with the focal length: sd of exp(0.5 z) at three nodes, about its middle
+    spread = math.sqrt(sum((math.exp(0.5 * z) - 1) ** 2 / 6 for z in (-math.sqrt(3), math.sqrt(3))))
+    assert np.median(depth) == pytest.approx(spread, rel=0.3)
+    distances = measure_distances(bodies)
+    held = [
+        distances.low_m[i, j] <= level.distances_m[a, b] <= distances.high_m[i, j]
+        for i, a in enumerate(level.owners) for j, b in enumerate(level.owners[:i])
+    ]  # fmt: skip
+    assert np.mean(held) >= 0.7
+
+
+def test_the_order_of_people_does_not_matter(level: SyntheticPhoto) -> None:
+    camera = replace(level.camera, focal_rel_sd=2 * UNSURE_SD)
+    there, back = (locate(people, camera, LocateSettings()) for people in (level.people, level.people[::-1]))
+    np.testing.assert_allclose(back.positions_m[::-1], there.positions_m, rtol=0.02, atol=0.02)
