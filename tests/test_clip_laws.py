@@ -11,7 +11,8 @@ from proxemetry.clip.measuring import Measured
 from proxemetry.clip.placing import Placed
 from proxemetry.clip.shots import Change, Shot
 from proxemetry.clip.sightings import Sightings
-from proxemetry.clip.writing import Sums, write_results
+from proxemetry.clip.summary import Sums
+from proxemetry.clip.writing import write_results
 
 STEP, FRAMES, SD = 0.2, 60, 0.06
 

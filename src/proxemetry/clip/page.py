@@ -16,7 +16,7 @@ from ..arrays import FloatArray
 from .analysis import Analysis, places_by_frame
 from .columns import limit_name
 from .density import classic_density
-from .writing import Sums
+from .summary import Sums
 
 PAGE = "report.html"
 _POLICY = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'"

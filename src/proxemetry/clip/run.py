@@ -26,7 +26,8 @@ from .density import Region
 from .exports import write_exports
 from .frames import ENDINGS, Clip, open_clip
 from .measuring import FRAMES_FILE, Job, Worker, measure_clip
-from .writing import SUMMARY, Sums, remove_tracks, summary, write_json, write_results
+from .summary import SUMMARY, Sums, summary, write_json
+from .writing import remove_tracks, write_results
 
 SCHEMA = "proxemetry.clip/1"
 MOUNT_FILE = "mount.json"

@@ -6,13 +6,11 @@ Rows are written as they come, so that hours of many people need no more memory 
 from __future__ import annotations
 
 import csv
-import json
 import math
 import re
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import ExitStack
-from dataclasses import asdict, dataclass, field
 from typing import Any, TextIO
 
 import numpy as np
@@ -25,30 +23,15 @@ from ..files import FORMULA, cell_of
 from ..people.attributes import keys_of
 from ..tables import MOST_COLUMNS, Column, csv_about
 from .analysis import Analysis, Person, places_by_frame
-from .columns import OF_TRACKS, TABLES, codebook, columns, limit_name
-from .critical import critical_density, rate
+from .columns import OF_TRACKS, TABLES, codebook, columns
 from .density import Maps, Region, classic_density, personal_space_m2
-from .events import Event, events_of
-from .exposure import PairOverTime, TotalExposure, Totals, same_group
+from .events import events_of
+from .exposure import PairOverTime, TotalExposure, same_group
+from .summary import Sums
 
-SUMMARY, MAPS, CODEBOOK = "summary.json", "maps.npz", "codebook.csv"
+MAPS, CODEBOOK = "maps.npz", "codebook.csv"
 #: A cell of an aggregate that fewer people make is left empty with --aggregate-only.
 FEWEST_PEOPLE = 5
-
-
-@dataclass
-class Sums:
-    """What adds up while pairs pass by, for the tables and the page that come after them."""
-
-    within: FloatArray
-    within_apart: FloatArray
-    totals: Totals | None = None
-    of_person: dict[int, FloatArray] = field(default_factory=dict[int, FloatArray])
-    of_person_apart: dict[int, FloatArray] = field(default_factory=dict[int, FloatArray])
-    events: list[tuple[Event, float]] = field(default_factory=list[tuple[Event, float]])
-    shown: list[PairOverTime] = field(default_factory=list[PairOverTime])
-    maps: Maps | None = None
-    n_pairs: int = 0
 
 
 def _cell(value: Any) -> Any:
@@ -257,107 +240,6 @@ def _visitors(found: Analysis, maps: Maps) -> FloatArray:
             inside = (index >= 0).all(axis=1) & (index < count.shape[::-1]).all(axis=1)
             count[index[inside, 1], index[inside, 0]] += 1
     return count
-
-
-def summary(found: Analysis, sums: Sums, clip: str) -> dict[str, Any]:
-    """Return the clip in numbers, as `summary.json` holds it; missing numbers are None."""
-    times = np.array([f.t_s for f in found.frames])
-    ok = np.array([f.status == "ok" for f in found.frames], dtype=bool)
-    people = np.array([f.n_people for f in found.frames], dtype=float)
-    step = found.weight_s
-    seen = len(found.people)
-    at_once = int(people.max(initial=0))
-    totals = sums.totals
-    per_limit: dict[str, Any] = {}
-    for k, limit in enumerate(found.wanted.within_m):
-        events = [(e, p) for e, p in sums.events if e.within_m == limit]
-        assert totals is not None
-        per_limit[limit_name(limit)] = {
-            "pair_seconds": _with_interval(totals.seconds[k], totals.low_s[k], totals.high_s[k]),
-            "pair_seconds_apart": _with_interval(
-                totals.apart_seconds[k], totals.apart_low_s[k], totals.apart_high_s[k]
-            ),
-            "share_within_groups": _share(totals.seconds[k] - totals.apart_seconds[k], totals.seconds[k]),
-            "events": len(events),
-            "events_apart": sum(p <= 0.5 for _, p in events),
-            "seconds_per_person_minute": asdict(rate(60 * sums.within[:, k] * step, people * step, times)),
-            "seconds_per_person_minute_apart": asdict(rate(60 * sums.within_apart[:, k] * step, people * step, times)),
-        }
-    return _as_json({
-        "schema": "proxemetry.clip/1", "clip": clip, "seconds": float(step.sum()), "n_frames": len(found.frames),
-        "n_frames_failed": int((~ok).sum()), "width_px": found.measured.width_px, "height_px": found.measured.height_px,
-        "pairs_where": None if found.wanted.where is None else str(found.wanted.where),
-        "n_tracks": seen, "people_at_least": at_once, "people_at_most": seen,
-        "n_groups": len({p.group for p in found.people if _size(found, p.group) > 1}),
-        "people_bound": "tracks count a person twice who leaves and comes back, so there were at most so many people, "
-        "and at least as many as were there at one time",
-        "density_persons_m2": _density(found), "region_area_m2": found.region.area_m2 if found.region else None,
-        "within_m": per_limit, "critical_density": _critical(found, sums),
-        "cameras": {str(k): c.note for k, c in found.cameras.items()},
-        "shots": [s.to_dict() for s in found.measured.shots], "notes": _notes(found),
-        "noise_scale": {str(k): v for k, v in found.noise_scale.items()},
-    })  # fmt: skip
-
-
-def _notes(found: Analysis) -> list[str]:
-    where = found.wanted.where
-    only = [] if where is None else [f"only people recorded as {where} count in pairs, and pairs of two such people"]
-    return [*found.measured.notes, *only]
-
-
-def _size(found: Analysis, group: int) -> int:
-    return sum(p.group == group for p in found.people)
-
-
-def _share(part: float, whole: float) -> float | None:
-    return part / whole if whole > 0 else None
-
-
-def _with_interval(value: float, low: float, high: float) -> dict[str, float]:
-    return {"seconds": float(value), "low_s": float(low), "high_s": float(high)}
-
-
-def _main_frames(found: Analysis) -> tuple[FloatArray, FloatArray, list[int]]:
-    """Return time and density of the main camera's frames that were measured, and their numbers."""
-    main, places = found.main_camera, places_by_frame(found)
-    rows = [k for k, f in enumerate(found.frames) if f.camera == main and f.status == "ok"]
-    region = found.region
-    density = [0.0 if region is None else classic_density(places[k], region) for k in rows]
-    return np.array([found.frames[k].t_s for k in rows]), np.array(density), rows
-
-
-def _density(found: Analysis) -> dict[str, Any] | None:
-    if found.region is None:
-        return None
-    times, density, rows = _main_frames(found)
-    return {**asdict(rate(density * found.weight_s[rows], found.weight_s[rows], times)), "max": float(density.max())}
-
-
-def _critical(found: Analysis, sums: Sums) -> dict[str, Any]:
-    if found.region is None:
-        return {"reason": "no person was followed"}
-    times, density, rows = _main_frames(found)
-    answer: dict[str, Any] = {}
-    for k, limit in enumerate(found.wanted.within_m):
-        for name, within in (("", sums.within), ("_apart", sums.within_apart)):
-            told = critical_density(density, np.round(within[rows, k]), times)
-            answer[f"{limit_name(limit)}{name}"] = asdict(told)
-    return answer
-
-
-def _as_json(value: Any) -> Any:
-    if isinstance(value, dict):
-        return {str(k): _as_json(v) for k, v in value.items()}  # pyright: ignore[reportUnknownVariableType]
-    if isinstance(value, list | tuple):
-        return [_as_json(v) for v in value]  # pyright: ignore[reportUnknownVariableType]
-    if isinstance(value, float | np.floating):
-        return float(f"{value:.7g}") if math.isfinite(value) else None
-    return int(value) if isinstance(value, np.integer) else value
-
-
-def write_json(folder: Folder, name: str, fields: Mapping[str, Any]) -> None:
-    """Write a JSON file of the folder."""
-    folder.write(name, (json.dumps(fields, indent=1, allow_nan=False) + "\n").encode())
 
 
 #: Files of a clip's folder, besides its tables, in which single people can be followed or seen.
