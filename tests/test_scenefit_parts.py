@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from proxemetry.camera import Camera
+from proxemetry.camera import Camera, Mount
 from proxemetry.locate import LocateSettings
 from proxemetry.locate.scenefit import fit as joint_fit
 from proxemetry.locate.scenefit import locate, shared_prior, solver
@@ -24,6 +24,7 @@ from proxemetry.locate.scenefit.projection import (
     N_LOCAL,
     N_SHARED,
     PITCH,
+    ROLL,
     torso_position,
 )
 from proxemetry.locate.scenefit.solver import Fit, schur_complement
@@ -76,6 +77,17 @@ def test_a_place_is_contradicted_in_units_of_what_people_and_place_leave_open_to
     mean, covariance = camera_of_all(fit, np.arange(3), [4 / 3, 4 / 3, 4 / 3, 1, 1, 1])
     expected = abs(mean[PITCH] - 0.5) / np.sqrt(covariance[PITCH, PITCH] + 0.2**2)
     assert misfit(fit, SharedPrior(np.zeros(N_SHARED), sd, place)) == pytest.approx(expected)
+
+
+def test_a_mount_enters_the_fit_with_its_whole_covariance():
+    rng = np.random.default_rng(0)
+    root = 0.02 * rng.normal(size=(4, 4))
+    rows = tuple(map(tuple, (root @ root.T + 1e-4 * np.eye(4)).tolist()))
+    mount = Mount(0.2, -0.03, 3.0, covariance=rows, camera=CAMERA.with_focal(1.1 * CAMERA.f_px))
+    place = shared_prior(CAMERA, mount).place
+    assert place.which.tolist() == [PITCH, ROLL, HEIGHT, FOCAL]
+    assert place.mean == pytest.approx([0.2, -0.03, np.log(3.0), np.log(1.1)])
+    assert place.covariance == pytest.approx(np.array(rows), rel=1e-3, abs=1e-8)
 
 
 def explanations(depths_m, precision=None, shared=None):

@@ -32,12 +32,16 @@ from .projection import (
 )  # fmt: skip
 from .solver import Fit, solve_batch
 
-#: An explanation less likely than this is not reported.
+#: An explanation less likely than this is not reported: by judgement, as are the next (docs/method.md, "Other
+#: explanations").
 _LEAST_WEIGHT = 0.03
 #: Explanations further apart than this many standard deviations of depth stay apart.
 _APART = 1.5
+#: People with explanations that stay apart, at most: the modes are all combinations of these.
 _MOST_AMBIGUOUS = 3
+#: A floor is stated where the camera's height is surer than this: a little wider than its prior (`fit.HEIGHT_LOG_SD`).
 _FOUND_FLOOR_REL_SD = 0.35
+#: A joint counts among those that the answer rests on where its robust weight is above this; 1 is fully believed.
 _BELIEVED = 0.3
 #: Trunks twist, and the body model's do not: so far are shoulders turned against hips in 2,502 upright frames of motion
 #: capture (mocap.cs.cmu.edu, subjects 1 to 3).
@@ -110,7 +114,7 @@ class Placed:
 
 
 def placed_people(explained: Explained, model: BodyModel) -> Placed:
-    """Return everybody's place from the joint fit of their best rows and the alternatives' weights."""
+    """Return all people's places from the joint fit of their best rows and the alternatives' weights."""
     rows, explanations, first, fit = explained.rows, explained.explanations, explained.first, explained.fit
     weights = _normalised(rows.person, explained.weight, len(first))
     alike = min(explained.evidence.alike, float(len(first)))  # many never tell less than one of them
@@ -213,7 +217,7 @@ def _modes(
     choices: dict[int, list[int]], explanations: Explanations, weights: FloatArray, first: NDArray[np.intp], fit: Fit,
     alike: float = 1.0,
 ) -> tuple[Mode, ...]:  # fmt: skip
-    """Return the joint explanations where people have alternatives apart from their best; empty where nobody has."""
+    """Return the joint explanations where people have alternatives apart from their best; empty where none has."""
     if not choices:
         return ()
     by_shared = _by_shared(fit.hessian)
@@ -223,7 +227,7 @@ def _modes(
         chosen[list(choices)] = combination
         weight = float(np.prod([weights[row] for row in combination]))
         moved = np.flatnonzero(chosen != first)
-        # the camera follows each alternative, and everybody else the camera
+        # the camera follows each alternative, and all others the camera
         shift = (explanations.shared[chosen[moved]] - fit.shared).sum(axis=0)
         local = fit.local - by_shared @ shift
         normal = fit.normal.copy()
