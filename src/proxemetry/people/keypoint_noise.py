@@ -5,13 +5,14 @@ The law, per image axis and with `body_px` the apparent stature (see `apparent_s
     sd_px^2 = floor_px^2 + (definition[joint] * body_px)^2 + (spread[joint] * score^(-score_power) * body_px)^2
 
 floor_px is what a photo's own pixels cost, definition[joint] how far people differ on where the joint is, spread[joint]
-how much the detector's answer varies at score 1, both as fractions of the stature, and score_power how that grows as
-it gets unsure. Besides, a back end may see lengths between joints longer or shorter than they are: all people's alike
+how much the detector's answer varies at score 1, both as fractions of the stature, and score_power how that grows as it
+gets unsure. Besides, a back end may see lengths between joints longer or shorter than they are: all people's alike
 (`scale`), and each person's by as much at all of their joints (`common`: a head that is seen too narrow is too narrow
 at both ears). And it sees people from above less well than from their own height, as few were so in what it was trained
 on: noise grows with the sine of the angle at which a person is looked down at (`from_above`). Last, people go astray
-alike, so that many of them tell less of the camera than their number says (`alike`). The table `keypoint_noise.toml`
-holds the numbers with their origin; `benchmarks/networks/keypoint_noise.py` and `from_above.py` measure them.
+alike, so that many of them determine the camera less well than their number suggests (`alike`). The table
+`keypoint_noise.toml` holds the numbers with their origin; `benchmarks/networks/keypoint_noise.py` and `from_above.py`
+measure them.
 """
 
 from __future__ import annotations

@@ -96,8 +96,8 @@ def record_of(scene: Scene, file: FileState | None = None) -> Record:
         for table in ("people", "pairs")
     }
     attributes = scene.people.attributes
-    for row, said in zip(nested["people"], attributes, strict=True):
-        row["attributes"] = dict(said) or None
+    for row, stated in zip(nested["people"], attributes, strict=True):
+        row["attributes"] = dict(stated) or None
     fields = {**photo, **nested, "attributes": list(keys_of(attributes)), "scene": scene.to_json(), **_of_file(file)}
     return Record(_text(fields), _counts(scene))
 

@@ -19,7 +19,7 @@ from ...people.skeleton import COCO_17, HALPE_26, Skeleton
 from ...photo import LARGEST_PX
 from ..bare_arrays import BY_COUNT, WHOLE_BODIES, are_fractions, skeleton_of
 
-#: What recorded people were seen by, for whoever weighs joints: a detector that nobody measured.
+#: The source of recorded people, for weighing joints: a detector that was not measured.
 SOURCE = "recorded"
 
 #: Other names of the same joints, as the common files spell them.
