@@ -2,6 +2,7 @@
 
 import threading
 import time
+from pathlib import Path
 
 import pytest
 
@@ -81,3 +82,15 @@ def test_what_cannot_be_measured_is_refused_at_once(tmp_path):
         Measuring().start(str(tmp_path), "  ")
     with pytest.raises(SettingsError):
         Measuring().start(str(tmp_path), "out", -5.0)
+
+
+def test_the_folder_that_the_program_was_started_in_comes_first_where_photos_lie_in_it(tmp_path, monkeypatch):
+    home, photos = tmp_path / "home", tmp_path / "photos"
+    for folder in (home, photos):
+        folder.mkdir()
+    monkeypatch.setattr(Path, "home", lambda: home)
+    monkeypatch.chdir(photos)
+    assert folders("")["path"] == str(home.resolve())
+    (photos / "A.JPG").touch()
+    assert folders("")["path"] == str(photos.resolve())
+    assert folders(str(home))["path"] == str(home.resolve())

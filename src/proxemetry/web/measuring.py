@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -27,9 +28,10 @@ Run = Callable[..., Any]
 def folders(path: str) -> dict[str, Any]:
     """Return a folder's path, its parent, its subfolders by name, and how many photos lie in it itself.
 
-    path: "" is the user's home. Raises SettingsError where it cannot be listed.
+    path: "" is the folder that the program was started in, where photos lie in it, else the user's home.
+    Raises SettingsError where it cannot be listed.
     """
-    folder = Path(path).expanduser() if path else Path.home()
+    folder = Path(path).expanduser() if path else _first_folder()
     try:
         entries = sorted(folder.resolve().iterdir(), key=lambda entry: entry.name.casefold())
         inside = [e.name for e in entries if not e.name.startswith(".") and e.is_dir()]
@@ -44,6 +46,16 @@ def folders(path: str) -> dict[str, Any]:
         "photos": photos,
         "results": str(here.with_name(here.name + _RESULTS)),
     }
+
+
+def _first_folder() -> Path:
+    """Return the folder to show first."""
+    try:
+        started_in = Path.cwd()
+        has_photos = any(e.suffix.lower() in EXTENSIONS for e in itertools.islice(started_in.iterdir(), _MOST_FILES))
+    except OSError:  # it was removed meanwhile, or may not be read
+        return Path.home()
+    return started_in if has_photos else Path.home()
 
 
 @dataclass

@@ -15,7 +15,7 @@ function duration(seconds) {
 export async function showFolder(main, opened) {
   const where = html("input", { type: "text", id: "folder", class: "wide", spellcheck: "false", "aria-label": "Folder with photos" });
   const out = html("input", { type: "text", id: "out", class: "wide", spellcheck: "false" });
-  const focal = html("input", { type: "text", id: "focal", inputmode: "decimal", autocomplete: "off", placeholder: "as the files tell" });
+  const focal = html("input", { type: "text", id: "focal", inputmode: "decimal", autocomplete: "off", placeholder: "from the files" });
   const list = html("ul", { class: "folders", "aria-label": "Subfolders" });
   const told = html("p", { class: "hint", role: "status" });
   const bar = html("progress", { max: 1, value: 0, hidden: true, "aria-label": "Photos measured" });
@@ -35,7 +35,7 @@ export async function showFolder(main, opened) {
       const found = await api.folders(path);
       where.value = found.path;
       out.value = found.results;
-      told.textContent = `${plural(found.photos, "photo", "photos")} here, and those in its subfolders`;
+      told.textContent = `${plural(found.photos, "photo", "photos")} here, plus those in its subfolders`;
       const items = [found.parent === null ? null : ["↑ parent folder", found.parent], ...found.folders.map((name) => [name, `${found.path.replace(/[\\/]$/, "")}/${name}`])];
       list.replaceChildren(...items.filter(Boolean).map(([name, target]) => html("li", {}, html("button", { type: "button", onclick: () => go(target), text: name }))));
     } catch (error) {
