@@ -36,7 +36,7 @@ FIGURES = {
         ("README.md", r"six captured people[^|]*\| [\d.]+ %, (\d+) % in"),
         ("docs/limits.md", r"7 % too large together, and (\d+) % of pairs"),
         ("docs/modelcard.md", r"(\d+) % of six captured people"),
-        ("README.md", r"where the assumptions do not: (\d+) to"),
+        ("README.md", r"where the assumptions do not: (\d+) %\s+for people of small build"),
     ],
     "KORTE v1, scene": [
         ("docs/benchmark.md", r"^\| scene \| \d+ \| \d+ \| ([\d.]+) "),
@@ -78,6 +78,7 @@ FIGURES = {
         ("README.md", r"each frame by itself \| [\d.]+ %, (\d+) %"),
         ("docs/limits.md", r"mostly too far, and intervals hold (\d+) %"),
         ("docs/modelcard.md", r"and (\d+) % under a camera on a\s+mast"),
+        ("README.md", r"small build, (\d+) % for a camera on a mast"),
     ],
     "a mast, from people": [
         ("docs/fixed_cameras.md", r"people of 200 frames, focal length known \| ([\d.]+) %"),
