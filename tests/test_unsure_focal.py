@@ -49,3 +49,14 @@ def test_the_order_of_people_does_not_matter(level: SyntheticPhoto) -> None:
     camera = replace(level.camera, focal_rel_sd=2 * UNSURE_SD)
     there, back = (locate(people, camera, LocateSettings()) for people in (level.people, level.people[::-1]))
     np.testing.assert_allclose(back.positions_m[::-1], there.positions_m, rtol=0.02, atol=0.02)
+
+
+def test_a_crowd_is_as_unsure_by_one_fit(level: SyntheticPhoto, monkeypatch: pytest.MonkeyPatch) -> None:
+    camera = replace(level.camera, focal_rel_sd=0.5)
+    several = locate(level.people, camera, LocateSettings())
+    monkeypatch.setattr("proxemetry.locate.unsure_focal.CROWD", 1)
+    once = locate(level.people, camera, LocateSettings())
+    np.testing.assert_allclose(once.positions_m, several.positions_m)
+    np.testing.assert_allclose(once.position_sd_m[:, 2], several.position_sd_m[:, 2], rtol=0.25)
+    depth = once.covariance_m2[2::3, 2::3] / np.outer(once.positions_m[:, 2], once.positions_m[:, 2])
+    assert (depth[0, 1:] > 0.2).all()  # they all move together

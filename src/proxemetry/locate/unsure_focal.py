@@ -13,6 +13,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from ..arrays import FloatArray
 from ..bodies import Bodies, Floor, Mode
 from ..camera import Camera, Mount
 from ..people import People
@@ -21,6 +22,9 @@ from .scenefit import locate as fitted
 
 #: From this relative standard deviation on. What the file records is surer, and so is most of what lines tell.
 UNSURE_SD = 0.25
+#: More people than this are fitted at one focal length, whose doubt stretches their depths: three fits of a crowd take
+#: three times its seconds and memory.
+CROWD = 60
 #: A camera pitched by more than this is told its focal length by the people on the floor, and the fit may use it.
 PITCHED_RAD = math.radians(12.0)
 #: In standard deviations of the log focal length, with their weights: exact for polynomials of the fifth degree. The
@@ -39,6 +43,8 @@ def locate(people: People, camera: Camera, settings: LocateSettings, mount: Moun
     free = fitted(people, camera, settings, mount)
     if free.floor is not None and abs(free.floor.pitch_rad) > PITCHED_RAD:
         return free
+    if len(people) > CROWD:
+        return _stretched(fitted(people, _at(camera, 0.0), settings, mount), camera.focal_rel_sd)
     fits = [fitted(people, _at(camera, z), settings, mount) for z, _ in _NODES]
     middle = fits[1]
     if not all((fit.placed == middle.placed).all() for fit in fits):
@@ -52,6 +58,22 @@ def locate(people: People, camera: Camera, settings: LocateSettings, mount: Moun
         [m.weight * (m.covariance_m2 + np.outer(a, a)) for m, a in zip(modes, about, strict=True)], axis=0
     )
     return replace(middle, covariance_m2=covariance, modes=tuple(modes), floor=_floor(fits))
+
+
+def _stretched(bodies: Bodies, rel_sd: float) -> Bodies:
+    """Return people of a held focal length with depths that all go with it, by the spread of the nodes.
+
+    Their places across the picture stay, as in every fit of people whose size is known.
+    """
+    variance = sum(weight * math.expm1(z * rel_sd) ** 2 for z, weight in _NODES)
+
+    def stretched(positions_m: FloatArray, covariance_m2: FloatArray) -> FloatArray:
+        depth = np.zeros_like(positions_m)
+        depth[:, 2] = positions_m[:, 2]
+        return covariance_m2 + variance * np.outer(depth, depth)
+
+    modes = tuple(replace(m, covariance_m2=stretched(m.positions_m, m.covariance_m2)) for m in bodies.modes)
+    return replace(bodies, covariance_m2=stretched(bodies.positions_m, bodies.covariance_m2), modes=modes)
 
 
 def _at(camera: Camera, z: float) -> Camera:
