@@ -4,7 +4,6 @@ import math
 
 import numpy as np
 import pytest
-from test_mount import photo
 
 import proxemetry.locate.scenefit.pooled as pooled_module
 from proxemetry.calibration.people import joined_people
@@ -15,6 +14,7 @@ from proxemetry.locate.scenefit.pooled import _overdispersion, _without_repetiti
 from proxemetry.locate.scenefit.projection import DEPTH, LOG_LENGTHS, N_LOCAL
 from proxemetry.people import People
 from proxemetry.people.skeleton import COCO_17
+from synthetic.modelled import photo
 
 LENS = Camera.centred(1200, 1920, 1080)
 OPEN = Camera.centred(1700, 1920, 1080, focal_rel_sd=0.5)

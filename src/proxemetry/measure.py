@@ -13,8 +13,9 @@ import numpy as np
 
 from .bodies import MOST_DEPTH_MISFIT, MOST_MISFIT, Bodies
 from .camera import Camera, CameraEstimate, Doubt, Flag, FocalSource, Mount
-from .camera.choice import PictureLines, choose_camera, with_gravity
+from .camera.choice import PictureLines, choose_camera, with_flight, with_gravity
 from .camera.focal import FocalRequest
+from .camera.others import Others
 from .errors import AssumedFocalWarning, CameraError, PhotoError, SettingsError
 from .locate import MEASURE_PUPILS, LocateSettings, method_named
 from .people import People, PoseBackend
@@ -39,13 +40,15 @@ def measure(
     focal_px: float | None = None,
     method: str | None = None,
     settings: Settings | None = None,
+    others: Others | None = None,
 ) -> Scene:
     """Measure one photo.
 
     photo: a file, upright RGB pixels of shape (H, W, 3), or a `Photo`. pose: a back end or its name. camera: what is
     known of it, before the photo's metadata. mount: where it is; its intrinsics, if it has any, stand where
     no camera is given. focal_35mm, focal_mm with sensor_mm, focal_px: the focal length where `camera` is not given,
-    as the options of the command line of the same names. method, camera and mount take precedence over `settings`.
+    as the options of the command line of the same names. others: what other photos
+    of the same camera tell. method, camera and mount take precedence over `settings`.
 
     Raises PhotoError where the photo cannot be read, KeypointsError where a back end's answer is malformed,
     CameraError, ModelError or SettingsError where what is asked for cannot be had. A photo without a known focal length
@@ -71,7 +74,9 @@ def measure(
     backend = _backend(pose, settings.method)
     people = backend.detect(photo)
     lines = PictureLines(photo, people) if settings.lines and len(people) else None
-    estimate = _estimate(photo, people, camera or _recorded_camera(backend, photo, settings), settings, lines)
+    estimate = _estimate(photo, people, camera or _recorded_camera(backend, photo, settings), settings, lines, others)
+    if settings.drone and settings.method == Settings().method:
+        estimate = with_flight(estimate, photo, settings.mount)
     if lines is not None and settings.method == Settings().method:
         estimate = with_gravity(estimate, lines, settings.mount)
     _warn_of_assumption(estimate, photo)
@@ -196,13 +201,13 @@ def _why_no_people(backend: PoseBackend, photo: Photo) -> str | None:
 
 def _estimate(
     photo: Photo, people: People, camera: Camera | CameraEstimate | FocalRequest | None, settings: Settings,
-    lines: PictureLines | None,
+    lines: PictureLines | None, others: Others | None,
 ) -> CameraEstimate:  # fmt: skip
     if isinstance(camera, CameraEstimate):
         return camera
     if isinstance(camera, Camera):
         return CameraEstimate(camera)
-    return choose_camera(photo, people, settings.focal, settings.mount, lines)
+    return choose_camera(photo, people, settings.focal, settings.mount, lines, others)
 
 
 def _warn_of_assumption(estimate: CameraEstimate, photo: Photo) -> None:

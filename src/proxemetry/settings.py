@@ -27,7 +27,11 @@ class Settings:
     method: one of `locate.METHODS`. locate: what is stated of the people. focal: what is stated of the camera.
     undistort: whether a known lens distortion is taken out of the keypoints. mount: where the camera is, for all photos
     of the run; a camera table's row for single photos comes before it. lines: whether the picture's straight lines
-    are looked at, which show gravity where no mount does, and often a focal length that nothing states.
+    are looked at, which show gravity where no mount does, and often a focal length that nothing states. drone: whether
+    the height and the gimbal's angles that a drone writes into its photos tell the camera's place where no mount does.
+    other_photos: whether, in a run of many, photos of the same model of camera tell the sensor that a photo's own file
+    leaves open. same_camera: whether the photos of a run that state no focal length are, size by size, of one camera
+    and lens: then the people of all of them tell it.
     """
 
     method: str = DEFAULT_METHOD
@@ -36,6 +40,9 @@ class Settings:
     undistort: bool = True
     mount: Mount | None = None
     lines: bool = True
+    drone: bool = True
+    other_photos: bool = True
+    same_camera: bool = False
 
     def __post_init__(self) -> None:
         if self.method not in METHODS:
@@ -92,6 +99,9 @@ class Settings:
             fields.get("undistort", True),
             None if fields.get("mount") is None else Mount.from_dict(fields["mount"]),
             fields.get("lines", True),
+            fields.get("drone", True),
+            fields.get("other_photos", True),
+            fields.get("same_camera", False),
         )
 
 

@@ -7,12 +7,10 @@ import re
 from pathlib import Path
 
 from ..camera import Camera, Mount
+from ..camera.drone import ANGLE_SD_RAD, HEIGHT_REL_SD, HEIGHT_SD_M
 from ..errors import CameraError
 from ..files import open_file, read_bytes
 
-#: A gimbal holds its angle to about a degree against gravity; a barometer drifts by a metre or so in a flight, and
-#: ground is not level with the place of the start.
-ANGLE_SD_RAD, HEIGHT_SD_M, HEIGHT_REL_SD = math.radians(1.0), 1.0, 0.03
 #: DJI's XMP as attributes or elements (`drone-dji:RelativeAltitude="+30.10"`).
 _XMP = re.compile(
     rb"drone-dji:(RelativeAltitude|GimbalPitchDegree|GimbalRollDegree)\s*(?:=\s*\"|>)\s*([+-]?\d+(?:\.\d+)?)"

@@ -17,6 +17,8 @@ from ..files import read_text
 from .homography import focal_of, homography, place_of
 from .least_squares import minimise
 
+#: How well the principal point of a camera is known that nobody calibrated, of the picture's long side.
+PRINCIPAL_REL_SD = 0.01
 #: What a click and a tape are worth unless they are stated: standard deviations.
 CLICK_SD_PX, TAPE_SD_M = 2.0, 0.05
 #: Pixels or metres beyond which no picture and no place of one camera reaches; their squares are ordinary numbers.

@@ -11,6 +11,7 @@ from ..photo import Photo
 from ..photo.metadata import Metadata
 from .estimate import Candidate
 from .frame import Frame
+from .others import Others
 from .request import FocalRequest
 from .sensors import FULL_FRAME_DIAGONAL_MM
 from .sources import FocalSource, Source
@@ -44,16 +45,21 @@ class Found:
         return cls(Candidate(f_px, rel_sd, Source(kind, detail)), kind)
 
 
-def found(photo: Photo, request: FocalRequest, row: CameraRow | None, frame: Frame) -> tuple[Found, ...]:
+def found(
+    photo: Photo, request: FocalRequest, row: CameraRow | None, frame: Frame, others: Others | None = None
+) -> tuple[Found, ...]:
     """Return every candidate: those of the camera table, of the user, of the file, and the assumptions asked for."""
-    return _with_zoom_settled(photo, tuple(_found(photo, request, row, frame)))
+    return _with_zoom_settled(photo, tuple(_found(photo, request, row, frame, others or Others())))
 
 
-def _found(photo: Photo, request: FocalRequest, row: CameraRow | None, frame: Frame) -> Iterator[Found]:
+def _found(photo: Photo, request: FocalRequest, row: CameraRow | None, frame: Frame, others: Others) -> Iterator[Found]:
     if row is not None:
         yield from _stated(photo, _request_of(row, photo), frame, FocalSource.CAMERA_TABLE, f"line {row.line}: ")
     yield from _stated(photo, request, frame, FocalSource.USER)
-    yield from _recorded(photo, frame)
+    recorded = list(_recorded(photo, frame))
+    yield from recorded
+    if not any(f.basis is FocalSource.CROP_FACTOR for f in recorded):  # a database that knows the sensor knows better
+        yield from _by_others(photo, frame, others)
     if request.assume_fov_deg is not None:
         # Across the long side, as wide as the camera sees it: held upright it has the same lens.
         f_px = max(photo.width, photo.height) / 2 / math.tan(math.radians(request.assume_fov_deg) / 2)
@@ -118,6 +124,19 @@ def _recorded(photo: Photo, frame: Frame) -> Iterator[Found]:
     yield from (f for f in from_body if f.basis is not FocalSource.FOCAL_PLANE)
 
 
+def _by_others(photo: Photo, frame: Frame, others: Others) -> Iterator[Found]:
+    """Yield what the sensor makes of the photo's focal length that other photos of the same model tell."""
+    focal_mm = photo.metadata.focal_mm
+    crop = None if others.model is None or focal_mm is None else others.model.crop_at(focal_mm)
+    if crop is None or focal_mm is None:
+        return
+    f_px = _from_equivalent(focal_mm * zoom_of(photo.metadata) * math.sqrt(crop.low * crop.high), frame)
+    spread = math.log(crop.high / crop.low) / 2 / HALF_WIDTH_SD
+    sd = math.hypot(_CROP_FACTOR_SD, math.hypot(frame.size_rel_sd, spread))
+    source = Source(FocalSource.SAME_CAMERA, f"{crop.photos} of {photo.metadata.model}")
+    yield Found(Candidate(f_px, sd, source), FocalSource.CROP_FACTOR)
+
+
 def _from_equivalent(focal_35mm: float, frame: Frame) -> float:
     return focal_35mm * frame.diagonal_px / FULL_FRAME_DIAGONAL_MM
 
@@ -171,7 +190,7 @@ def _with_zoom_settled(photo: Photo, found: tuple[Found, ...]) -> tuple[Found, .
     as_tagged = tag.candidate
     source = replace(as_tagged.source, detail=f"x digital zoom {zoom:g}")
     zoomed = replace(as_tagged, focal_px=as_tagged.focal_px * zoom, source=source)
-    by_body = (FocalSource.FOCAL_PLANE, FocalSource.CROP_FACTOR)
+    by_body = (FocalSource.FOCAL_PLANE, FocalSource.CROP_FACTOR, FocalSource.SAME_CAMERA)
     references = [f.candidate.focal_px for f in found if f.candidate.source.kind in by_body]
     make = (photo.metadata.make or "").lower()
     counted = next((counts for name, counts in _COUNTS_ZOOM.items() if name in make), None)

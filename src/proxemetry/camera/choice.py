@@ -9,11 +9,13 @@ from functools import cached_property
 from ..arrays import FloatArray
 from ..people import People
 from ..photo import Photo
+from .drone import flight_mount
 from .estimate import CameraEstimate, Testimony, Witness
 from .focal import estimate_camera, row_of
 from .lines.gravity import read_gravity
 from .lines.segments import segments_of
 from .mount import Mount
+from .others import Others
 from .request import FocalRequest
 from .sources import FocalSource
 from .unstated import without_statement
@@ -32,13 +34,14 @@ class PictureLines:
 
 
 def choose_camera(
-    photo: Photo, people: People, request: FocalRequest, mount: Mount | None, lines: PictureLines | None
-) -> CameraEstimate:
-    """Return the camera of a photo with people in it; mount and lines are those of `measure`.
+    photo: Photo, people: People, request: FocalRequest, mount: Mount | None, lines: PictureLines | None,
+    others: Others | None = None,
+) -> CameraEstimate:  # fmt: skip
+    """Return the camera of a photo with people in it; mount, lines and others are those of `measure`.
 
     Raises CameraError where the mount is of photos of another size.
     """
-    estimate = estimate_camera(photo, request)
+    estimate = estimate_camera(photo, request, others)
     mount = estimate.mount or mount
     if mount is not None and mount.camera is not None:
         mount.check_size(photo.width, photo.height)
@@ -48,13 +51,24 @@ def choose_camera(
     if not (missing or by_fov):
         return estimate
     segments_px = None if lines is None else lines.segments_px
-    return without_statement(estimate, photo, people, segments_px, request.assume)
+    return without_statement(estimate, photo, people, segments_px, request.assume, others)
 
 
 def _is_half_stated(photo: Photo, request: FocalRequest) -> bool:
     """Return whether a focal length in millimetres is stated without a sensor: who knows one of the two knows both."""
     row = row_of(photo, request.camera_table) if request.camera_table else None
     return request.focal_mm is not None or (row is not None and row.focal_mm is not None)
+
+
+def with_flight(estimate: CameraEstimate, photo: Photo, mount: Mount | None) -> CameraEstimate:
+    """Return the estimate with the place that a drone wrote into its photo's file, where nothing stated tells it.
+
+    What is stated of the place comes first, part by part; a mount that was found with its lens is complete.
+    """
+    stated, told = estimate.mount or mount, flight_mount(photo.metadata.flight)
+    if told is None or (stated is not None and stated.camera is not None):
+        return estimate
+    return replace(estimate, mount=told if stated is None else stated.completed_by(told))
 
 
 def with_gravity(estimate: CameraEstimate, lines: PictureLines, mount: Mount | None) -> CameraEstimate:

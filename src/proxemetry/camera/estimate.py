@@ -28,6 +28,7 @@ class Witness(StrEnum):
     LINES = "lines"
     GRAVITY = "gravity"
     PEOPLE = "people"
+    OTHERS = "others"
     PUBLISHED = "published"
 
     @property
@@ -41,6 +42,7 @@ _WITNESSES = {
     Witness.LINES: "straight lines, on the focal length",
     Witness.GRAVITY: "straight lines, on how the camera was held",
     Witness.PEOPLE: "people, on the focal length",
+    Witness.OTHERS: "other photos of the same camera",
     Witness.PUBLISHED: "published photos",
 }
 

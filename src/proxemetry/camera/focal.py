@@ -20,6 +20,7 @@ from .camera import Camera
 from .candidates import Found, found, zoom_of
 from .estimate import CameraEstimate, Candidate
 from .frame import Frame, frame_of
+from .others import Others
 from .perspective import fisheye, is_strip, projection_of
 from .request import FocalRequest
 from .sensors import WIDEST_EQUIVALENT_MM, equivalent_mm
@@ -30,8 +31,8 @@ from .weighing import Verdict, agree, weigh
 __all__ = ["Camera", "CameraEstimate", "Candidate", "FocalRequest", "estimate_camera"]
 
 
-def estimate_camera(photo: Photo, request: FocalRequest | None = None) -> CameraEstimate:
-    """Return the camera of a photo, with every candidate for its focal length.
+def estimate_camera(photo: Photo, request: FocalRequest | None = None, others: Others | None = None) -> CameraEstimate:
+    """Return the camera of a photo, with every candidate for its focal length. others: what other photos tell of it.
 
     The estimate's camera is None, with the reason, where neither the photo nor the request gives a focal length, or
     where the file is no picture of one perspective.
@@ -39,7 +40,7 @@ def estimate_camera(photo: Photo, request: FocalRequest | None = None) -> Camera
     request = request or FocalRequest()
     row = row_of(photo, request.camera_table) if request.camera_table else None
     frame = frame_of(photo.width, photo.height, photo.metadata)
-    answers = found(photo, request, row, frame)
+    answers = found(photo, request, row, frame, others)
     candidates = tuple(f.candidate for f in answers)
     remarks = tuple(Flag(Doubt.METADATA, remark) for remark in photo.metadata.remarks)
     stated_mm = (row and row.focal_mm) or request.focal_mm

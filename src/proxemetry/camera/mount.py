@@ -34,6 +34,7 @@ STATED_ANGLE_SD_RAD = math.radians(1.0)
 STATED_HEIGHT_REL_SD = 0.03
 
 _N = len(UNKNOWNS)
+_PARTS = ("pitch_rad", "roll_rad", "height_m")
 #: What no camera is above, metres (an airliner flies at ten thousand), and what no angle or logarithm is uncertain by.
 _HIGHEST_M, _LARGEST_SD = 1e5, 10.0
 _NOTHING = ((math.nan,) * _N,) * _N
@@ -141,6 +142,20 @@ class Mount:
     def height_sd_m(self) -> float:
         """The standard deviation of the height, metres."""
         return self.height_m * float(self.sd[2])
+
+    def completed_by(self, other: Mount) -> Mount:
+        """Return the mount with what it does not know of pitch, roll and height from another, told independently."""
+        missing = [k for k in other.known.tolist() if k < _N - 1 and k not in self.known]
+        if not missing:
+            return self
+        mine, theirs = np.array(self.covariance), np.array(other.covariance)
+        known = self.known
+        for k in missing:
+            mine[k, known] = mine[known, k] = 0.0
+        mine[np.ix_(missing, missing)] = theirs[np.ix_(missing, missing)]
+        taken = {name: getattr(other, name) for k, name in enumerate(_PARTS) if k in missing}
+        source = f"{self.source}, and {other.source}" if len(known) else other.source
+        return replace(self, **taken, covariance=tuple(map(tuple, mine.tolist())), source=source)
 
     def resized(self, width: int, height: int) -> Mount:
         """Return the mount of the same photos resized."""

@@ -30,6 +30,7 @@ class FocalSource(StrEnum):
     PEOPLE = "people"
     LINES = "lines"
     SAME_CAMERA = "same_camera"
+    PEOPLE_OF_PHOTOS = "people_of_photos"
     ASSUMED_EQUIVALENT = "assumed_equivalent"
     ASSUMED_FOV = "assumed_fov"
     ASSUMED_PRIOR = "assumed_prior"
@@ -52,7 +53,7 @@ class FocalSource(StrEnum):
     @property
     def is_estimated(self) -> bool:
         """Whether it was found out from what photos show: people, straight lines, other photos of the camera."""
-        return self in (FocalSource.PEOPLE, FocalSource.LINES, FocalSource.SAME_CAMERA)
+        return self in (FocalSource.PEOPLE, FocalSource.LINES, FocalSource.SAME_CAMERA, FocalSource.PEOPLE_OF_PHOTOS)
 
     @property
     def is_assumed(self) -> bool:
@@ -80,6 +81,7 @@ _WORDS = {
     FocalSource.PEOPLE: "estimated from people",
     FocalSource.LINES: "estimated from straight lines",
     FocalSource.SAME_CAMERA: "estimated from other photos of the same camera",
+    FocalSource.PEOPLE_OF_PHOTOS: "estimated from the people of",
     FocalSource.ASSUMED_EQUIVALENT: "ASSUMED: 35 mm equivalent",
     FocalSource.ASSUMED_FOV: "ASSUMED: field of view",
     FocalSource.ASSUMED_PRIOR: "ASSUMED: as published photos are",

@@ -21,6 +21,8 @@ from .focal import flags_beside_focal
 from .frame import Frame, frame_of
 from .from_people.self_calibration import FocalPosterior, focal_posterior
 from .lines.focal import NO_STRUCTURE, ONE_DIRECTION, TRUSTED, WEAK_PRIOR, WIDEST, FocalProfile, focal_profile
+from .of_shoot import contradiction, of_shoot
+from .others import LEAST_PHOTOS, Others, SameModel
 from .published import FULL_FRAME_DIAGONAL_MM, log_density, quantile_mm
 from .sources import Doubt, Flag, FocalSource, Source
 
@@ -31,6 +33,10 @@ WIDEST_RATIO = 1.3 / 0.7
 _PEOPLE_TRUST = 0.85
 #: Lines that are believed less than this say nothing worth printing.
 _HARDLY = 0.5
+#: How far a photo has a focal length that others of the same model have; lenses change, and editors mix files.
+_MODEL_TRUST = 0.85
+#: How near to one of theirs, as a logarithm.
+_AS_OTHERS_SD = 0.05
 _GRID: FloatArray = np.linspace(math.log(8.0), math.log(800.0), 461)  # log 35 mm equivalents
 
 
@@ -53,16 +59,24 @@ class _Evidence:
 
 
 def without_statement(
-    estimate: CameraEstimate, photo: Photo, people: People, segments_px: FloatArray | None, assume: bool
-) -> CameraEstimate:
-    """Return an estimate that lacks a focal length with one from lines, people and published photos.
+    estimate: CameraEstimate, photo: Photo, people: People, segments_px: FloatArray | None, assume: bool,
+    others: Others | None = None,
+) -> CameraEstimate:  # fmt: skip
+    """Return an estimate that lacks a focal length with one from lines, people, other and published photos.
 
     segments_px: straight segments (N, 4) of the photo, None where they were not looked for. assume: whether what
     published photos have counts; without it the evidence must do alone, or the estimate stays without a camera. A field
     of view that may be assumed gives way to an estimate, and goes before any other assumption.
     """
-    frame = frame_of(photo.width, photo.height, photo.metadata)
+    frame, others = frame_of(photo.width, photo.height, photo.metadata), others or Others()
+    if others.shoot is not None:
+        doubt = contradiction(others.shoot, people, photo)
+        if doubt is None:
+            return of_shoot(estimate, others.shoot, photo)
+        estimate = replace(estimate, flags=(*estimate.flags, doubt))
     pieces = _pieces(photo, frame, people, segments_px)
+    if others.model is not None:
+        pieces.append(_of_model(others.model, frame.diagonal_px / FULL_FRAME_DIAGONAL_MM))
     evidence = [piece for piece in pieces if isinstance(piece, _Evidence)]
     by_fov = estimate.camera is not None
     heard = _heard(estimate, pieces, assume and not by_fov)
@@ -93,7 +107,7 @@ def without_statement(
     camera = replace(camera, principal_sd_px=frame.principal_sd_px)
     if frame.principal_px is not None:
         camera = replace(camera, cx=frame.principal_px[0], cy=frame.principal_px[1])
-    kept = tuple(flag for flag in flags_beside_focal(estimate.flags))
+    kept = (*flags_beside_focal(estimate.flags), *(f for f in estimate.flags if f.doubt is Doubt.CONTRADICTED))
     return CameraEstimate(
         camera, (chosen, *candidates), (*kept, Flag(doubt, text)), mount=estimate.mount, why=why, testimony=heard
     )
@@ -182,6 +196,21 @@ def _of_people(posterior: FocalPosterior, unit: float) -> _Evidence:
     seen = f"{count} who stand upright, seen from {abs(pitch):.0f} degrees {'above' if pitch >= 0 else 'below'}"
     words = f"{seen}, say {_millimetres(low, high)}, believed to {_PEOPLE_TRUST:.0%}"
     return _believed(log, _PEOPLE_TRUST, candidate, Testimony(Witness.PEOPLE, words, counted=True))
+
+
+def _of_model(model: SameModel, unit: float) -> _Evidence | Testimony:
+    """Return what focal lengths other photos of the same model have, as far as this one may have another."""
+    photos = sum(count for _, count in model.equivalents)
+    if photos < LEAST_PHOTOS:
+        return Testimony(Witness.OTHERS, f"tell nothing: {photos} of {model.model}, too few", counted=False)
+    shares = np.array([count / photos for _, count in model.equivalents])
+    at = np.log([mm for mm, _ in model.equivalents])
+    said = (shares[:, None] * np.exp(-0.5 * ((_GRID - at[:, None]) / _AS_OTHERS_SD) ** 2)).sum(axis=0)
+    middle = float(shares @ at)
+    sd = math.hypot(_AS_OTHERS_SD, math.sqrt(float(shares @ (at - middle) ** 2)))
+    candidate = Candidate(math.exp(middle) * unit, sd, Source(FocalSource.SAME_CAMERA, f"{photos} of {model.model}"))
+    words = f"{photos} of {model.model} have {_millimetres(float(at.min()), float(at.max()))}"
+    return _believed(np.log(said + 1e-300), _MODEL_TRUST, candidate, Testimony(Witness.OTHERS, words, counted=True))
 
 
 def _believed(log: FloatArray, trust: float, candidate: Candidate, testimony: Testimony) -> _Evidence:

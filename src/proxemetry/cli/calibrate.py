@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..calibration.points import CLICK_SD_PX, TAPE_SD_M
+from ..calibration.points import CLICK_SD_PX, PRINCIPAL_REL_SD, TAPE_SD_M
 from ..camera import Camera, Mount
 from ..camera.focal import FocalRequest, estimate_camera
 from ..camera.mount import STATED_ANGLE_SD_RAD
@@ -31,8 +31,6 @@ points.csv has the columns u_px,v_px,x_m,y_m: pixels of the upright full-size pi
 corner you like. Next to camera.json a picture is written with the floor's metre grid and the horizon: look whether they
 lie right. Then: proxemetry measure photos --out results --mount camera.json
 """
-#: How well the principal point of an uncalibrated camera is known, of the picture's long side.
-PRINCIPAL_REL_SD = 0.01
 
 
 def configure(parser: argparse.ArgumentParser) -> None:

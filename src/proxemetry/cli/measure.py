@@ -52,6 +52,14 @@ def configure(parser: argparse.ArgumentParser) -> None:
     )
     _add_method(parser)
     parser.add_argument("--no-lines", action="store_true", help="do not look at the picture's straight lines")
+    parser.add_argument(
+        "--same-camera", action="store_true",
+        help="photos without a focal length are of one camera and lens, size by size: the people of all tell it",
+    )  # fmt: skip
+    parser.add_argument(
+        "--no-other-photos", action="store_true", help="each photo for itself: no sensor from others of its model"
+    )
+    parser.add_argument("--no-drone", action="store_true", help="do not believe a drone's file of height and gimbal")
     parser.add_argument("--no-undistort", action="store_true", help="do not straighten what the lens bent")
     add_camera_options(parser)
     add_mount_option(parser)
@@ -148,6 +156,9 @@ def _job(args: argparse.Namespace) -> Job:
             undistort=not args.no_undistort,
             mount=stated_mount(args),
             lines=not args.no_lines,
+            drone=not args.no_drone,
+            other_photos=not args.no_other_photos,
+            same_camera=args.same_camera,
         ),
         args.with_names,
         args.with_gps,

@@ -1,8 +1,7 @@
 """Where a clip is cut, and whether its camera stays where it is.
 
-The background of each frame is compared with that of the frame a shot began with: corners are followed by optical
-flow, and the motion that most of them share is the camera's, since people are the smaller part of a picture and move
-each in their own way. A camera that was moved is another camera; one that comes back is the same again.
+The background of each frame is compared with that of the frame a shot began with (`calibration.background`). A camera
+that was moved is another camera; one that comes back is the same again.
 """
 
 from __future__ import annotations
@@ -13,26 +12,24 @@ from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import Any
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import FloatArray, RGBArray
+from ..calibration.background import (
+    FOUND_AGAIN,
+    MOVED_SHARE,
+    GrayArray,
+    corners_of,
+    motion_between,
+    shift_of,
+    small_gray,
+)
 
-GrayArray = NDArray[np.uint8]
-
-#: The background is looked at in pictures of this width.
-_WIDTH_PX = 480
-#: A camera has moved when its picture has by this share of its width: a quarter of a degree of a usual lens, from which
-#: on distances are wrong by more than 5 % (PETS 2009: half a degree is 6-7 % along the line of sight).
-MOVED_SHARE = 0.0045
 #: A camera that has moved again after a frame or two, so many times in a row, is held in a hand or follows a person.
 _MOVING_SHOTS = 4
 #: So many places are remembered to which a camera may come back.
 _MOST_KNOWN = 12
-#: Fewer corners than this share that are found again: another picture altogether.
-_FOUND_AGAIN = 0.35
-_FEWEST_CORNERS = 12
 #: The frame that others are compared with is taken anew after this long, so that light may change over a day.
 _REFERENCE_S = 20.0
 
@@ -77,15 +74,6 @@ class Shot:
         )  # fmt: skip
 
 
-@dataclass(frozen=True)
-class _Motion:
-    """How a picture lies to another: the shift of its corners in pixels, and the share of points found again."""
-
-    shift_px: float
-    found: float
-    matrix: FloatArray
-
-
 @dataclass
 class _View:
     """A camera's background as last seen, and where it lay to where it was first seen."""
@@ -108,36 +96,36 @@ class ShotFinder:
 
     def see(self, pixels: RGBArray, t_s: float) -> None:
         """Look at one frame, pixels (H, W, 3)."""
-        gray = _small(pixels)
+        gray = small_gray(pixels)
         number, self._count = self._count, self._count + 1
         before, self._previous = self._previous, gray
         if before is None or before.shape != gray.shape:
             self._begin(number, gray, t_s, Change.START if before is None else Change.CUT, 0.0)
             return
         view = self._views[self._shots[-1].camera]
-        motion = _motion(view.gray, view.corners, gray)
+        motion = motion_between(view.gray, view.corners, gray)
         limit = MOVED_SHARE * gray.shape[1]
-        if motion is None or motion.found < _FOUND_AGAIN:
-            step = _motion(before, _corners(before), gray)
-            if step is not None and step.found >= _FOUND_AGAIN and step.shift_px < limit:
+        if motion is None or motion.found < FOUND_AGAIN:
+            step = motion_between(before, corners_of(before), gray)
+            if step is not None and step.found >= FOUND_AGAIN and step.shift_px < limit:
                 # the light changed, or the reference has grown old
-                self._views[self._shots[-1].camera] = _View(gray, _corners(gray), t_s, view.offset)
+                self._views[self._shots[-1].camera] = _View(gray, corners_of(gray), t_s, view.offset)
                 self._extend(number)
                 return
             if step is None and motion is None:  # nothing to hold on to: a blank wall, or darkness
                 self._extend(number)
                 return
-            change = Change.MOVED if step is not None and step.found >= _FOUND_AGAIN else Change.CUT
+            change = Change.MOVED if step is not None and step.found >= FOUND_AGAIN else Change.CUT
             shift = math.nan if step is None else step.shift_px
             self._begin(number, gray, t_s, change, (0.0 if change is Change.CUT else shift) / gray.shape[1])
             return
-        whole = _shift(view.offset @ motion.matrix, gray.shape)
+        whole = shift_of(view.offset @ motion.matrix, gray.shape)
         if whole > limit:
             self._begin(number, gray, t_s, Change.MOVED, whole / gray.shape[1])
             return
         self._extend(number)
         if t_s - view.t_s > _REFERENCE_S:
-            self._views[self._shots[-1].camera] = _View(gray, _corners(gray), t_s, view.offset @ motion.matrix)
+            self._views[self._shots[-1].camera] = _View(gray, corners_of(gray), t_s, view.offset @ motion.matrix)
 
     def _extend(self, number: int) -> None:
         last = self._shots[-1]
@@ -152,17 +140,17 @@ class ShotFinder:
         known = None if change is Change.START else self._known(gray)
         if known is None:
             known, self._next = self._next, self._next + 1
-            self._views[known] = _View(gray, _corners(gray), t_s, np.eye(3))
+            self._views[known] = _View(gray, corners_of(gray), t_s, np.eye(3))
         self._shots.append(Shot(number, number, known, change, share))
 
     def _known(self, gray: GrayArray) -> int | None:
         for number, view in list(self._views.items())[-_MOST_KNOWN:]:
             if view.gray.shape != gray.shape:
                 continue
-            motion = _motion(view.gray, view.corners, gray)
-            if motion is None or motion.found < _FOUND_AGAIN:
+            motion = motion_between(view.gray, view.corners, gray)
+            if motion is None or motion.found < FOUND_AGAIN:
                 continue
-            if _shift(view.offset @ motion.matrix, gray.shape) <= MOVED_SHARE * gray.shape[1]:
+            if shift_of(view.offset @ motion.matrix, gray.shape) <= MOVED_SHARE * gray.shape[1]:
                 return number
         return None
 
@@ -195,47 +183,3 @@ def _as_moving(run: list[Shot]) -> list[Shot]:
         return run
     shift = max(s.shift_share for s in run)
     return [Shot(run[0].first, run[-1].last, run[0].camera, run[0].began, shift, moving=True)]
-
-
-def _small(pixels: RGBArray) -> GrayArray:
-    gray = cv2.cvtColor(pixels, cv2.COLOR_RGB2GRAY)
-    height, width = gray.shape
-    if width <= _WIDTH_PX:
-        return gray.astype(np.uint8)
-    size = (_WIDTH_PX, max(1, round(height * _WIDTH_PX / width)))
-    return cv2.resize(gray, size, interpolation=cv2.INTER_AREA).astype(np.uint8)
-
-
-def _corners(gray: GrayArray) -> NDArray[np.float32]:
-    """Return well-spread corners, shape (n, 1, 2), so that no crowd in one place outvotes the background."""
-    found: Any = cv2.goodFeaturesToTrack(gray, 200, 0.01, max(8.0, gray.shape[1] / 40))
-    return np.zeros((0, 1, 2), np.float32) if found is None else found.astype(np.float32)
-
-
-def _motion(before: GrayArray, corners: NDArray[np.float32], now: GrayArray) -> _Motion | None:
-    """Return how `now` lies to `before` by most of its corners, None where there is nothing to go by."""
-    if len(corners) < _FEWEST_CORNERS:
-        return None
-    moved, status, _ = cv2.calcOpticalFlowPyrLK(before, now, corners, None)  # pyright: ignore[reportCallIssue, reportArgumentType]
-    back, status_back, _ = cv2.calcOpticalFlowPyrLK(now, before, moved, None)  # pyright: ignore[reportCallIssue, reportArgumentType]
-    same = np.linalg.norm((back - corners).reshape(-1, 2), axis=1) < 1.0
-    good = (status.ravel() > 0) & (status_back.ravel() > 0) & same
-    if good.sum() < _FEWEST_CORNERS // 2:
-        return _Motion(math.inf, 0.0, np.eye(3))
-    fitted: Any = cv2.estimateAffinePartial2D(
-        corners[good], moved[good], method=cv2.RANSAC, ransacReprojThreshold=1.0, confidence=0.999
-    )
-    matrix, inliers = fitted
-    if matrix is None:
-        return _Motion(math.inf, 0.0, np.eye(3))
-    whole = np.vstack([matrix, [0.0, 0.0, 1.0]])
-    return _Motion(_shift(whole, now.shape), float(inliers.sum()) / len(corners), whole)
-
-
-def _shift(matrix: FloatArray, shape: tuple[int, ...]) -> float:
-    """Return by how many pixels a motion moves the picture's inside, at most: turning and zooming count too."""
-    height, width = shape[:2]
-    # half way to the corners: what turns about the middle does not count as if only the corners mattered
-    x, y = np.array([0.25, 0.75, 0.25, 0.75]) * width, np.array([0.25, 0.25, 0.75, 0.75]) * height
-    points = np.stack([x, y, np.ones(4)])
-    return float(np.linalg.norm((matrix @ points - points)[:2], axis=0).max())

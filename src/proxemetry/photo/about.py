@@ -9,8 +9,8 @@ from dataclasses import dataclass
 class About:
     """When and where a photo was taken and who made it, as its own metadata state; None where they state nothing.
 
-    date: ISO 8601. camera_make, camera_model: as the file names its camera. creator, caption, people (the names of
-    those shown) and the coordinates of the place are there only where they were asked for.
+    date: ISO 8601. camera_make, camera_model, focal_mm, digital_zoom: as the file has them of its camera. creator,
+    caption, people (the names of those shown) and the coordinates of the place are there only where asked for.
     """
 
     date: str | None = None
@@ -24,6 +24,8 @@ class About:
     longitude_deg: float | None = None
     camera_make: str | None = None
     camera_model: str | None = None
+    focal_mm: float | None = None
+    digital_zoom: float | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "people", tuple(self.people))

@@ -6,12 +6,13 @@ matters to the focal length; nothing here raises.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, fields, replace
 from enum import StrEnum
 from typing import TYPE_CHECKING, Any
 
 from .about import About
-from .exif_values import Numbers, date_of, position_of, text_of
+from .exif_values import Numbers, date_of, number_of, position_of, text_of
 from .xmp_iptc import first, iptc_of, xmp_of
 
 if TYPE_CHECKING:
@@ -51,6 +52,18 @@ class Crop:
 
 
 @dataclass(frozen=True)
+class Flight:
+    """What a drone wrote down of its camera; None where it did not.
+
+    height_m: above the place of the start. gimbal_pitch_deg: negative looks down. gimbal_roll_deg: as the drone has it.
+    """
+
+    height_m: float | None = None
+    gimbal_pitch_deg: float | None = None
+    gimbal_roll_deg: float | None = None
+
+
+@dataclass(frozen=True)
 class Metadata:
     """A file's statements as numbers and short texts; None where there is none or none that is usable.
 
@@ -59,7 +72,8 @@ class Metadata:
     PixelYDimension, turned upright as the orientation tag states); digital_zoom (above 1); cropped (an editor's crop is
     recorded, and made); crop (what was cut, where that is recorded too); lens_corrected (an editor has corrected the
     lens); raw (a sensor's raw file); edited_by (the editing program that wrote the file, where it is named);
-    projection (None for a picture of one perspective); orientation (EXIF's, 1 to 8, applied on reading).
+    projection (None for a picture of one perspective); flight (a drone's height and angles); orientation
+    (EXIF's, 1 to 8, applied on reading).
     Of the picture: date (ISO 8601), city, country, source.
     Only on request: creator, caption, people (names of those shown); gps (latitude, longitude in degrees).
     remarks: what was there but could not be used.
@@ -81,6 +95,7 @@ class Metadata:
     raw: bool = False
     edited_by: str | None = None
     projection: Projection | None = None
+    flight: Flight | None = None
     orientation: int = 1
     date: str | None = None
     city: str | None = None
@@ -102,7 +117,7 @@ class Metadata:
         latitude, longitude = (None, None) if self.gps is None else (round(degrees, 6) for degrees in self.gps)
         return About(
             self.date, self.country, self.city, self.source, self.creator, self.caption, self.people, latitude,
-            longitude, self.make, self.model,
+            longitude, self.make, self.model, self.focal_mm, self.digital_zoom,
         )  # fmt: skip
 
 
@@ -156,6 +171,7 @@ def read_metadata(
         raw=raw,
         edited_by=_editor(exif, xmp),
         projection=_projection(numbers, xmp),
+        flight=_flight(xmp),
         orientation=_orientation(exif),
         gps=position_of(gps),
         remarks=tuple(remarks),
@@ -189,6 +205,14 @@ def _of_the_picture(
 def _orientation(exif: dict[int, Any]) -> int:
     value = exif.get(0x0112)
     return value if isinstance(value, int) and 1 <= value <= 8 else 1
+
+
+def _flight(xmp: dict[str, tuple[str, ...]]) -> Flight | None:
+    """Return what DJI's schema says, whose numbers carry a sign: "+30.10"."""
+    names = ("RelativeAltitude", "GimbalPitchDegree", "GimbalRollDegree")
+    values = [number_of(first(xmp, f"drone-dji:{name}").removeprefix("+") or None) for name in names]
+    known = [value if value is not None and math.isfinite(value) else None for value in values]
+    return None if known == [None] * len(names) else Flight(*known)
 
 
 def _projection(numbers: Numbers, xmp: dict[str, tuple[str, ...]]) -> Projection | None:

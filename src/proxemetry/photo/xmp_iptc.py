@@ -22,6 +22,7 @@ _XMP_PREFIXES = {
     "http://ns.google.com/videos/1.0/spherical/": "GSpherical",
     "http://ns.adobe.com/camera-raw-settings/1.0/": "crs",
     "http://ns.adobe.com/photoshop/1.0/": "photoshop",
+    "http://www.dji.com/drone-dji/1.0/": "drone-dji",
     "http://purl.org/dc/elements/1.1/": "dc",
     "http://iptc.org/std/Iptc4xmpExt/2008-02-29/": "iptcExt",
 }

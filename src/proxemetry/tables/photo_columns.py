@@ -39,6 +39,10 @@ def _camera_flags(scene: Scene) -> Value:
     return "; ".join(map(str, scene.camera.flags)) or None
 
 
+def _mount_source(scene: Scene) -> Value:
+    return None if scene.camera.mount is None else scene.camera.mount.source
+
+
 def _about(attribute: str) -> Callable[[Scene], Value]:
     return lambda s: getattr(s.about, attribute)
 
@@ -97,6 +101,7 @@ PHOTOS = (
     Column("camera_flags", "VARCHAR", "", "what is doubtful about the camera", _camera_flags),
     Column("camera_height_m", "DOUBLE", "m", "height of the camera above the floor", _floor("height_m")),
     Column("camera_pitch_deg", "DOUBLE", "deg", "camera pitch, positive looks down", _floor("pitch_rad", _DEGREES)),
+    Column("mount_source", "VARCHAR", "", "what told the camera's place before the people were seen", _mount_source),
     Column("date", "VARCHAR", "", "when the photo was taken (its metadata)", _about("date")),
     Column("country", "VARCHAR", "", "country (its metadata)", _about("country")),
     Column("city", "VARCHAR", "", "city (its metadata)", _about("city")),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import importlib.util
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -74,16 +74,19 @@ def measure_folder(
     *,
     pose: str = "auto",
     settings: Settings | None = None,
+    same_camera: bool = False,
     jobs: int | None = None,
     restart: bool = False,
     on_progress: Callable[[Progress | Note], None] = lambda _: None,
 ) -> ResultsFrames:
     """Measure photos, folders or globs into a results folder, as `proxemetry measure` does, and return its tables.
 
-    A folder that an earlier call with the same settings left half done is gone on with. jobs: worker processes, one a
-    core where None; 0 measures in this process. Raises what `proxemetry.archive.run.run.run` raises.
+    A folder that an earlier call with the same settings left half done is gone on with. same_camera: the photos that
+    state no focal length are of one camera and lens, size by size: the people of all of them tell it. jobs: worker
+    processes, one a core where None; 0 measures in this process. Raises what `proxemetry.archive.run.run.run` raises.
     """
     named = [photos] if isinstance(photos, str | Path) else photos
-    job = Job(str(out), pose, settings=settings or Settings())
+    told = settings or Settings()
+    job = Job(str(out), pose, settings=replace(told, same_camera=same_camera or told.same_camera))
     run([str(photo) for photo in named], job, jobs=jobs, restart=restart, on_progress=on_progress)
     return read_results(out)

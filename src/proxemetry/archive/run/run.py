@@ -11,6 +11,7 @@ from ...errors import OutputError, SettingsError
 from ...pose import backend_named, replays
 from ...pose.recorded import Recorded
 from ...pose.recording import Recording
+from ...settings import DEFAULT_METHOD
 from ...version import __version__
 from ..store import manifest, parts
 from ..store.damage import damaged_parts
@@ -21,10 +22,12 @@ from ..store.parts import Counts
 from ..store.photos import Search, search
 from ..store.results import Results, forget, write_run
 from ..store.scratch import sweep_scratch
+from .camera_pool import stale_shards, write_pool
 from .changed_files import FileScan
 from .joining import join, settings_of
 from .manifest_update import ManifestUpdate
 from .schedule import Note, Pass, Progress, Schedule
+from .shoots import pool_of
 from .work import Job
 from .workers import InlineWorker, WorkerPool
 
@@ -118,6 +121,7 @@ def _measured(
             _require_recorded(job, found.manifest)
         if found.counts.again:
             on_progress(Note(_remeasured_note(found.counts.again)))
+        _told_by_others(schedule, found.manifest)
         if update is not None and update.passed_over:
             on_progress(Note(update.passed_over))
         return found
@@ -125,6 +129,30 @@ def _measured(
         for thread in (update, scan):
             if thread is not None:
                 thread.close()
+
+
+def _told_by_others(schedule: Schedule, listed: Manifest) -> None:
+    """Once every photo is measured, measure those again of whose cameras other photos tell something.
+
+    Nobody is looked for again. What is told is a matter of the first measurement alone, so that a run that was stopped
+    goes on with what is left.
+    """
+    folder, settings = schedule.folder, schedule.job.settings
+    asked = settings.other_photos or settings.same_camera
+    if not asked or settings.method != DEFAULT_METHOD or len(parts.finished(folder)) < max(1, listed.n_shards):
+        return
+    pool = pool_of(folder, listed.moved_to or listed.root, settings)
+    shards = stale_shards(folder, pool)
+    if pool or shards:
+        digest = write_pool(folder, pool)
+        again = Schedule(
+            schedule.workers, schedule.job, folder, listed, schedule.metadata, schedule.on_progress, pool=digest
+        )
+        if shards:
+            schedule.on_progress(Note("once more over photos of whose cameras the others tell something"))
+            again.run(shards)
+    for _, shoot in sorted(pool.shoots.items()):
+        schedule.on_progress(Note(shoot.said))
 
 
 def _sweep(folder: Folder) -> None:

@@ -60,7 +60,7 @@ class Schedule:
     """One pass over the shards of a run; on_progress is called with every step.
 
     is_mine: which shards this run does. update: photos that may be added while it works. scan: photos that may have
-    to be measured again.
+    to be measured again. pool: the digest of what other photos tell of cameras, where that alone is new (`work.Task`).
     """
 
     workers: WorkerPool
@@ -72,6 +72,7 @@ class Schedule:
     update: InitVar[ManifestUpdate | None] = None
     scan: InitVar[FileScan | None] = None
     is_mine: Callable[[int], bool] = lambda _: True
+    pool: str = ""
 
     def __post_init__(self, manifest: Manifest, update: ManifestUpdate | None, scan: FileScan | None) -> None:
         self._manifest, self._update, self._scan = manifest, update, scan
@@ -142,7 +143,7 @@ class Schedule:
             items = self._manifest.items(shard)
             if self._unfinished.isdisjoint(i.original_shard for i in items if i.original_shard is not None):
                 del self._waiting[place]
-                return Task(shard, items, self.metadata)
+                return Task(shard, items, self.metadata, pool=self.pool)
             if place >= _LOOK_AHEAD:
                 break
         return None
@@ -187,7 +188,7 @@ class Schedule:
             retry.deaths[item.photo] = retry.deaths.get(item.photo, 0) + 1
         for item in task.items:
             if retry.deaths.get(item.photo, 0) < _TRIES:
-                self._alone.append(Task(task.shard, (item,), task.metadata, alone=True))
+                self._alone.append(Task(task.shard, (item,), task.metadata, alone=True, pool=task.pool))
             else:
                 self._keep_retried(task.shard, item, died(item, how, self.job, self.workers.pose, self.workers.models))
 

@@ -10,10 +10,11 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from ...errors import AssumedFocalWarning, PhotoError, ProxemetryError
+from ...errors import AssumedFocalWarning, OutputError, PhotoError, ProxemetryError
 from ...locate import MEASURE_PUPILS
 from ...measure import measure
-from ...people import PoseBackend
+from ...people import People, PoseBackend
+from ...people.skeleton import Skeleton
 from ...photo import Photo
 from ...pose import PoseOptions, backend_named
 from ...pose.recording import Recording
@@ -24,8 +25,9 @@ from ..store import parts
 from ..store.file_state import FileState
 from ..store.folder import Folder, is_url, open_filesystem, overlay_name
 from ..store.manifest import Item
-from ..store.parts import Counts, Record, record_of
+from ..store.parts import Counts, PreviousRow, Record, record_of
 from ..store.scratch import scratch_folder
+from .camera_pool import CameraPool, is_open, read_pool
 from .duplicates import sha256_of
 
 
@@ -56,12 +58,16 @@ class Job:
 
 @dataclass(frozen=True)
 class Task:
-    """A piece of work: a shard to measure and write, or (alone) one photo of it whose row is handed back."""
+    """A piece of work: a shard to measure and write, or (alone) one photo of it whose row is handed back.
+
+    pool: the digest of `cameras.json` where the photos are measured already and only what others tell of them is new.
+    """
 
     shard: int
     items: tuple[Item, ...]
     metadata: Mapping[str, str] = field(hash=False)
     alone: bool = False
+    pool: str = ""
 
 
 @dataclass(frozen=True)
@@ -71,6 +77,33 @@ class Finished:
     counts: Counts
     record: Record | None = None
     errors: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class _FoundBefore:
+    """A back end that gives the people found before."""
+
+    people: People
+    made_by: Provenance
+
+    @property
+    def name(self) -> str:
+        """The name of the back end that found them."""
+        return self.made_by.pose
+
+    @property
+    def models(self) -> Mapping[str, str]:
+        """The networks that found them."""
+        return self.made_by.models
+
+    @property
+    def skeleton(self) -> Skeleton:
+        """Their joints."""
+        return self.people.skeleton
+
+    def detect(self, photo: Photo) -> People:
+        """Return them."""
+        return self.people
 
 
 class Measurer:
@@ -87,12 +120,13 @@ class Measurer:
             table is not None and any(row.photo for row in table.rows)
         )
         self._errors: list[str] = []
+        self._pooled: tuple[str, CameraPool] | None = None
 
     def run(self, task: Task, tick: Callable[[], None] = lambda: None) -> Finished:
         """Do a task; `tick` is called after every photo. Raises OutputError where a part cannot be written."""
         self._errors.clear()
         records: list[Record] = []
-        for record in self._records(task):
+        for record in self._told_records(task) if task.pool else self._records(task):
             records.append(record)
             tick()
         counts = sum((r.counts for r in records), Counts())
@@ -120,6 +154,46 @@ class Measurer:
                 if not is_url(self.folder.location):
                     self.folder.remove(overlay_name(item.photo))  # it shows the old one
                 yield replace(record, counts=replace(record.counts, again=int(bool(known.sha256))))
+
+    def _told_records(self, task: Task) -> Iterator[Record]:
+        """Yield the rows of photos that are measured, again where other photos now tell another camera of them."""
+        pool, before = self._pool(task.pool), parts.previous_rows(self.folder, task.shard)
+        for item in task.items:
+            known = before.get(item.photo)
+            if known is None:
+                raise OutputError(f"{self.folder.path(parts.name_of(task.shard))}: {item.photo} is not there any more")
+            others = pool.digest_for(known.fields) if is_open(known.fields) else ""
+            if others == (known.fields["others"] or ""):
+                yield known.record(known.file)
+                continue
+            scene = self._told_scene(item, known, pool)
+            if scene is None:
+                yield known.told(others).record(known.file)
+            else:
+                if not is_url(self.folder.location):
+                    self.folder.remove(overlay_name(item.photo))
+                yield record_of(scene, known.file, others, known.own_focal)
+
+    def _pool(self, digest: str) -> CameraPool:
+        """Return the pool of that digest; raises OutputError where the folder has another one meanwhile."""
+        if self._pooled is None or self._pooled[0] != digest:
+            self._pooled = (digest, read_pool(self.folder, digest))
+        return self._pooled[1]
+
+    def _told_scene(self, item: Item, known: PreviousRow, pool: CameraPool) -> Scene | None:
+        """Return the scene of a photo with the people found before; None where it cannot be opened any more."""
+        before = known.scene
+        try:
+            with warnings.catch_warnings(), _opened(item, self.backend, self.job) as photo:
+                warnings.simplefilter("ignore", AssumedFocalWarning)
+                if before.sha256 and photo.sha256 != before.sha256:
+                    return None  # replaced meanwhile: the next run measures it
+                found = _FoundBefore(before.people, before.made_by)
+                told = pool.others_of(known.fields, photo)
+                scene = measure(photo, pose=found, settings=self.job.settings, others=told)
+        except ProxemetryError:
+            return None
+        return replace(scene, made_by=before.made_by, seconds=before.seconds + scene.seconds)
 
     def _record(self, item: Item, file: FileState | None, measured: dict[str, Scene]) -> Record:
         """Return the row of a photo; `measured` is what this task measured of files that may have copies."""

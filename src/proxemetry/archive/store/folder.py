@@ -18,6 +18,8 @@ from .scratch import is_alive, scratch_folder
 
 #: In a results folder: the record of the run, by which the folder is recognised, and the drawings, which are no photos.
 RUN_FILE, OVERLAYS = "run.json", "overlays"
+#: What its photos tell of each other's cameras.
+CAMERAS_FILE = "cameras.json"
 
 #: Stores whose upload is atomic: an object is there whole or not at all.
 _OBJECT_STORES = {"s3", "s3a", "gs", "gcs", "az", "abfs", "abfss", "oss", "memory"}

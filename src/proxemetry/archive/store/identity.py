@@ -18,7 +18,14 @@ VERSION, SETTINGS, SETTINGS_SHA256, MODELS = (
 #: Stands between a file's name and its hash in a setting.
 _HASHED = " sha256:"
 # How the command line spells what the settings call otherwise.
-_FLAGS = {"assume_fov_deg": "--assume-fov", "undistort": "--no-undistort", "sensor_mm": "--sensor-mm"}
+_FLAGS = {
+    "assume_fov_deg": "--assume-fov",
+    "undistort": "--no-undistort",
+    "lines": "--no-lines",
+    "drone": "--no-drone",
+    "other_photos": "--no-other-photos",
+    "sensor_mm": "--sensor-mm",
+}
 
 
 @dataclass(frozen=True)

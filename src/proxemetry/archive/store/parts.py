@@ -8,9 +8,11 @@ import math
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from enum import StrEnum
 from functools import cache
 from typing import Any
 
+from ...camera.sources import FocalBasis
 from ...people.attributes import keys_of
 from ...scene import Scene
 from ...tables import TABLES, rows
@@ -69,6 +71,20 @@ class PreviousRow:
         """The SHA-256 of the file that was measured, "" where none was read."""
         return self.fields["sha256"] or ""
 
+    @property
+    def own_focal(self) -> OwnFocal:
+        """What the photo told of its focal length by itself."""
+        return OwnFocal(self.fields["own_focal"])
+
+    @property
+    def scene(self) -> Scene:
+        """The scene, as measured."""
+        return Scene.from_json(self.fields["scene"])
+
+    def told(self, others: str) -> PreviousRow:
+        """Return the row with another digest of what other photos told of it."""
+        return PreviousRow({**self.fields, "others": others})
+
     def record(self, file: FileState | None) -> Record:
         """Return the row as it stands, of a file with this state."""
         found = self.fields
@@ -88,8 +104,33 @@ def _of_file(file: FileState | None) -> dict[str, int | None]:
     return {"file_bytes": size, "file_modified_ns": modified_ns}
 
 
-def record_of(scene: Scene, file: FileState | None = None) -> Record:
-    """Return the row of a scene, and of the state that the file had when it was measured."""
+class OwnFocal(StrEnum):
+    """What a photo tells of its focal length by itself, before other photos are asked."""
+
+    STATED = "stated"
+    SURE = "sure"
+    DOUBTFUL = "doubtful"
+    NONE = "none"
+
+    @classmethod
+    def of(cls, scene: Scene) -> OwnFocal:
+        """Return it for a scene measured alone: what its file says is sure where nothing is doubtful about it."""
+        source = scene.camera.source
+        basis = FocalBasis.ASSUMED if source is None else source.kind.basis
+        if basis is FocalBasis.STATED:
+            return cls.STATED
+        if basis is not FocalBasis.RECORDED:
+            return cls.NONE
+        return cls.DOUBTFUL if scene.camera.flags or scene.about.digital_zoom is not None else cls.SURE
+
+
+def record_of(
+    scene: Scene, file: FileState | None = None, others: str = "", own_focal: OwnFocal | None = None
+) -> Record:
+    """Return the row of a scene, and of the state that the file had when it was measured.
+
+    others: a digest of what other photos told of its camera. own_focal: what it told itself, before.
+    """
     (photo,) = rows("photos", scene)
     nested: dict[str, list[dict[str, Any]]] = {
         table: [{k: v for k, v in row.items() if k != "photo"} for row in rows(table, scene)]
@@ -99,6 +140,7 @@ def record_of(scene: Scene, file: FileState | None = None) -> Record:
     for row, stated in zip(nested["people"], attributes, strict=True):
         row["attributes"] = dict(stated) or None
     fields = {**photo, **nested, "attributes": list(keys_of(attributes)), "scene": scene.to_json(), **_of_file(file)}
+    fields |= {"focal_mm": scene.about.focal_mm, "others": others, "own_focal": own_focal or OwnFocal.of(scene)}
     return Record(_text(fields), _counts(scene))
 
 
@@ -120,6 +162,7 @@ def structure() -> str:
         fields[table] = [{c.name: c.kind for c in TABLES[table] if c.name != "photo"}]
     fields["people"][0]["attributes"] = "MAP(VARCHAR, VARCHAR)"
     fields |= {"attributes": ["VARCHAR"], "scene": "VARCHAR", "file_bytes": "BIGINT", "file_modified_ns": "BIGINT"}
+    fields |= {"focal_mm": "DOUBLE", "others": "VARCHAR", "own_focal": "VARCHAR"}
     return json.dumps([fields])
 
 
@@ -151,9 +194,10 @@ def state(folder: Folder) -> str:
     return hashlib.sha256(repr(sorted(rows)).encode()).hexdigest()
 
 
-def every_row(folder: Folder) -> str:
-    """Return the rows of all parts as SQL to select from; there must be a part."""
-    return f"read_parquet([{', '.join(quoted(folder.path(name)) for name in names_of(folder))}])"
+def every_row(folder: Folder, *, with_names: bool = False) -> str:
+    """Return the rows of all parts as SQL to select from; there must be a part. with_names: with their `filename`."""
+    files = ", ".join(quoted(folder.path(name)) for name in names_of(folder))
+    return f"read_parquet([{files}]{', filename = true' if with_names else ''})"
 
 
 def write(folder: Folder, shard: int, records: Iterable[Record], metadata: Mapping[str, str]) -> None:

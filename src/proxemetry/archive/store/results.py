@@ -24,7 +24,7 @@ from ..review.corrections import by_file, corrected_scenes, digest, entries_at, 
 from . import manifest, parts
 from .damage import require_whole, run_of
 from .duck import attached, quoted
-from .folder import OVERLAYS, RUN_FILE, Folder, is_url
+from .folder import CAMERAS_FILE, OVERLAYS, RUN_FILE, Folder, is_url
 from .identity import SETTINGS_SHA256
 from .parts import record_of, structure
 from .queries import as_cells, attributes_in, table_query
@@ -241,6 +241,7 @@ def forget(folder: Folder) -> None:
         for form in TABLE_FORMATS:
             folder.remove(f"{table}.{form}")
     folder.remove("codebook.csv")
+    folder.remove(CAMERAS_FILE)
     folder.remove(RUN_FILE)
     if not is_url(folder.location):
         folder.sweep(parts.FOLDER, written_once=True)

@@ -21,8 +21,8 @@ HABIT_SD = 0.015
 #: People who walk carry their ankles higher and their knees lower than those who stand, in statures: by 0.030 and 0.025
 #: on average over a step (mocap.cs.cmu.edu, subject 2, trials 1 and 2). How many of a crowd walk is not known.
 GAIT = {"feet": 0.030, "legs": 0.025}
-#: What a detector's grid does to a kind of joint in all pictures alike, of what it resolves: half a step.
-_OF_RESOLUTION = 0.5
+#: What a detector's grid does to a kind of joint in all pictures alike, of what it resolves: a step of it.
+_OF_RESOLUTION = 1.0
 #: How much of a lean a detector sees away, having learnt on upright people: 0.05 to 0.08 of photos turned by 4 and 8
 #: degrees and looked at again (yolox-tinypose, people 70 pixels from shoulders to ankles).
 LEAN_SD = 0.08

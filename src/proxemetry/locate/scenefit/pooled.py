@@ -42,7 +42,9 @@ class Pooled:
     covariance: shape (N_SHARED, N_SHARED), if everybody is another person; its first three rows are NaN where there is
     more than one view. by_bodies: the part of it that people's own bodies make, which are the same again where people
     recur. overdispersion: how much further people are off than the noise of their joints explains, as a factor on
-    variances. cost: negative log posterior. n_people, n_detections: how many it rests on.
+    variances. cost: negative log posterior. n_people, n_detections: how many it rests on. by_view: shape (V, 2), how
+    each view pulls at the log focal length there, and with what precision; places: shape (V, 3), each one's pitch, roll
+    and log height.
     """
 
     camera: Camera
@@ -53,6 +55,8 @@ class Pooled:
     cost: float
     n_people: int
     n_detections: int
+    by_view: FloatArray
+    places: FloatArray
 
     def covariance_if_met(self, times: float) -> FloatArray:
         """Return the covariance where everybody is there so many times, and nobody knows who is who.
@@ -212,7 +216,11 @@ def _answer(
     if carried:
         covariance, by_bodies = (_beside_open_places(part) for part in (covariance, by_bodies))
     shared = np.append(state.places[0], state.lens)
-    return Pooled(camera, shared, covariance, by_bodies, excess, equations.cost, len(state.lengths), len(crowd.rows))
+    by_view = equations.views.left[:, 0, [len(state.lens), 0]]  # the gradient stands after the lens's own columns
+    return Pooled(
+        camera, shared, covariance, by_bodies, excess, equations.cost, len(state.lengths), len(crowd.rows), by_view,
+        state.places,
+    )  # fmt: skip
 
 
 def _n_departures(normal: FloatArray) -> int:
