@@ -133,3 +133,11 @@ def test_a_region_is_drawn_around_where_people_were():
     around = Region.around(np.array([[0.0, 0.0]]))
     assert around.area_m2 == pytest.approx(1.0)
     assert around.holds(np.array([[0.0, 0.0], [0.6, 0.0]])).tolist() == [True, False]
+
+
+def test_thousands_of_tracks_are_grouped_as_few_are():
+    few = {(1, 2): 0.9, (2, 3): 0.8, (1, 3): 0.1, (4, 5): 0.6, (3, 4): 0.45}
+    assert groups_of(range(1, 7), few) == [[1, 2], [3], [4, 5], [6]]
+    many = {(a + 10 * k, b + 10 * k): p for (a, b), p in few.items() for k in range(400)}
+    found = groups_of([n + 10 * k for k in range(400) for n in range(1, 7)], many)
+    assert found == [[n + 10 * k for n in g] for k in range(400) for g in ([1, 2], [3], [4, 5], [6])]

@@ -152,18 +152,44 @@ def groups_of(tracks: Sequence[int], probability: Mapping[tuple[int, int], float
     The two clusters likeliest to belong together are joined until none is likelier than not (average linkage over
     all their pairs): one doubtful link does not chain two groups.
     """
-    clusters = [[t] for t in sorted(tracks)]
-    known = {tuple(sorted(pair)): p for pair, p in probability.items()}
+    known = {(min(pair), max(pair)): p for pair, p in probability.items()}
+    return sorted(group for some in _connected(tracks, known) for group in _clustered(some, known))
+
+
+def _connected(tracks: Sequence[int], known: Mapping[tuple[int, int], float]) -> list[list[int]]:
+    """Return the tracks in parts between which no pair is likelier together than not: nothing joins across them.
+
+    An hour of a busy place has thousands of tracks, and hardly any part has ten.
+    """
+    leader = {t: t for t in tracks}
+
+    def first(track: int) -> int:
+        while leader[track] != track:
+            leader[track] = track = leader[leader[track]]
+        return track
+
+    for (a, b), p in known.items():
+        if p > 0.5 and a in leader and b in leader:
+            leader[first(a)] = first(b)
+    parts: dict[int, list[int]] = {}
+    for track in sorted(tracks):
+        parts.setdefault(first(track), []).append(track)
+    return list(parts.values())
+
+
+def _clustered(tracks: Sequence[int], known: Mapping[tuple[int, int], float]) -> list[list[int]]:
+    clusters, here = [[t] for t in tracks], set(tracks)
+    near = [pair for pair, p in known.items() if p > 0.5 and pair[0] in here] if len(tracks) > 1 else []
 
     def linked(a: list[int], b: list[int]) -> float:
         return sum(known.get((min(i, j), max(i, j)), 0.0) for i in a for j in b) / (len(a) * len(b))
 
-    near = {pair for pair, p in known.items() if p > 0.05}
-    while True:
+    while near:
         where = {t: k for k, cluster in enumerate(clusters) for t in cluster}
-        touching = {tuple(sorted((where[a], where[b]))) for a, b in near if where[a] != where[b]}
+        touching = {(min(where[a], where[b]), max(where[a], where[b])) for a, b in near if where[a] != where[b]}
         best = max(touching, key=lambda k: (linked(clusters[k[0]], clusters[k[1]]), -k[0], -k[1]), default=None)
         if best is None or linked(clusters[best[0]], clusters[best[1]]) <= 0.5:
-            return sorted(clusters)
+            break
         merged = sorted(clusters[best[0]] + clusters[best[1]])
         clusters = [c for k, c in enumerate(clusters) if k not in best] + [merged]
+    return clusters

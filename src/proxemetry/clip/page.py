@@ -27,8 +27,8 @@ _METHOD = (
     "People are found and placed in every frame as in a photo, by one fit of people, floor and camera; then "
     "they are followed on the floor, in metres, and their paths are smoothed with all frames before and after. Seconds "
     "within a distance are the sum over time of the probability of being that near: counting noisy frames would find "
-    "too few. Every interval holds 90 % and comes from draws of the whole clip, one camera and one path a person in "
-    "each."
+    "too few. Every interval holds 90 % and comes from draws of the whole clip, one camera, one floor and one path "
+    "a person in each."
 )
 _LIMITS = (
     "A track is not a person: who leaves and comes back is counted again, and two who pass each other may be swapped.",
