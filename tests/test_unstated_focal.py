@@ -13,7 +13,7 @@ from proxemetry.camera import Camera, Doubt, FocalSource
 from proxemetry.camera.choice import PictureLines, choose_camera, with_gravity
 from proxemetry.camera.focal import FocalRequest, estimate_camera
 from proxemetry.camera.lines import gravity_from_lines
-from proxemetry.camera.lines.segments import segments_of, straight_segments
+from proxemetry.camera.lines.segments import segments_of, straight_segments, without_graphics
 from proxemetry.camera.published import quantile_mm
 from proxemetry.camera.unstated import without_statement
 from proxemetry.errors import AssumedFocalWarning
@@ -147,6 +147,18 @@ def test_pieces_of_one_line_are_one_and_those_of_a_bend_are_not() -> None:
     pixels[150:153, 40:180] = pixels[150:153, 188:360] = 255
     lengths = np.ptp(straight_segments(pixels, np.zeros((0, 4)))[:, [0, 2]], axis=1)
     assert lengths.max() > 300
+
+
+def test_boxes_drawn_into_a_picture_are_no_building() -> None:
+    scene = exact_scene(8.0, 2.0, 600.0, WIDTH, HEIGHT, azimuths_deg=(35.0, 125.0), each=10)
+    corners = np.random.default_rng(1).uniform(20, 400, (12, 2))
+    sides = [(0, 0, 60, 0), (60, 0, 60, 70), (60, 70, 0, 70), (0, 70, 0, 0)]
+    boxes = np.array([np.tile(corner, 2) + side for corner in corners for side in sides])
+    both = np.concatenate([scene.segments_px, boxes])
+    left = without_graphics(both)
+    assert len(scene.segments_px) - 1 <= len(left) <= len(scene.segments_px)  # one of its own runs so too
+    assert not np.isclose(left, boxes[:, None]).all(axis=-1).any()
+    np.testing.assert_array_equal(without_graphics(np.concatenate([scene.segments_px, boxes[:2]]))[-2:], boxes[:2])
 
 
 def test_a_photo_that_is_not_at_hand_has_no_segments() -> None:

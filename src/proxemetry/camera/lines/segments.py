@@ -19,6 +19,9 @@ LONG_SIDE_PX = 640
 _SHORTEST, _MOST = 0.016, 300
 #: Along the picture's edge, within this part of its sides, run the borders of scans and prints.
 _MARGIN = 0.012
+#: Along the picture's axes within this angle, at most this part of all lengths: 1 to 9 % in 43 photos without graphics,
+#: 31 % in one with pedestrians' boxes drawn in; of York Urban's pictures of level buildings one has 26 %.
+_EXACT_RAD, _MOST_EXACT = math.radians(0.2), 0.2
 #: A person's box grows by this part of its sides: limbs and clothes reach beyond it.
 _AROUND = 0.06
 #: Pieces of one line: as parallel as this, and as near to one another across and along it, in reduced pixels.
@@ -37,7 +40,20 @@ def segments_of(photo: Photo, boxes_px: FloatArray) -> FloatArray | None:
     except PhotoError:
         return None
     factors = np.tile((photo.width / pixels.shape[1], photo.height / pixels.shape[0]), 2)
-    return straight_segments(pixels, boxes_px / factors) * factors
+    return without_graphics(straight_segments(pixels, boxes_px / factors)) * factors
+
+
+def without_graphics(segments: FloatArray) -> FloatArray:
+    """Return segments (N, 4) without those along the picture's axes, where there are too many of them for a photo.
+
+    Frames, captions and boxes drawn into a picture run so, to a fraction of a pixel, and would be taken for a building
+    before a level camera.
+    """
+    across = np.abs(segments[:, 2:] - segments[:, :2])
+    exact = across.min(axis=1) < math.tan(_EXACT_RAD) * across.max(axis=1)
+    lengths = _lengths(segments)
+    drawn = lengths[exact].sum() > _MOST_EXACT * lengths.sum()
+    return segments[~exact] if drawn else segments
 
 
 def straight_segments(pixels: RGBArray, boxes_px: FloatArray) -> FloatArray:
