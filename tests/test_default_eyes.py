@@ -166,9 +166,9 @@ def test_upstream_unreachable_is_one_line_and_npm_gives_the_next(machine: Machin
         )  # fmt: skip
     machine.npm_works()
     assert machine.choose() == "second"
-    (why,) = [line for line in machine.said if line.startswith("first cannot be had")]
+    (why,) = [line for line in machine.said if line.startswith("first is not available")]
     assert why == (
-        "first cannot be had (toy.param: could not be fetched; http://127.0.0.1:9/toy.param: "
+        "first is not available (toy.param: could not be fetched; http://127.0.0.1:9/toy.param: "
         "127.0.0.1:9 cannot be reached)"
     )
     assert machine.said[-1] == "people will be found by second, the next best after first; another: `--pose NAME`"
@@ -179,7 +179,7 @@ def test_without_npm_pip_gives_the_last(machine: Machine) -> None:
     machine.upstream.files.clear()
     machine.pip_works()
     assert machine.choose() == "third"
-    assert any(line.startswith("second cannot be had") and "npm is not installed" in line for line in machine.said)
+    assert any(line.startswith("second is not available") and "npm is not installed" in line for line in machine.said)
     assert machine.said[-1].startswith("people will be found by third, the next best after first and second")
 
 
@@ -195,7 +195,7 @@ def test_a_wrong_hash_is_not_kept_and_said(machine: Machine) -> None:
     machine.upstream.files["/toy.bin"] = BIN[:-1] + b"?"
     machine.npm_works()
     assert machine.choose() == "second"
-    (why,) = [line for line in machine.said if line.startswith("first cannot be had")]
+    (why,) = [line for line in machine.said if line.startswith("first is not available")]
     assert f"expected {_sha256(BIN)}; it was not kept" in why
     assert not (machine.cache / "toy.bin").exists()
 
@@ -234,7 +234,7 @@ def test_no_network_at_all_is_one_line_and_exit_code_2(machine: Machine, capsys:
     machine.pip_fails()
     assert main(["models", "fetch"]) == 2
     last = capsys.readouterr().err.splitlines()[-1]
-    assert all(f"{name} cannot be had" in last for name in ("first", "second", "third"))
+    assert all(f"{name} is not available" in last for name in ("first", "second", "third"))
     assert default_eyes.recorded() is None
 
 

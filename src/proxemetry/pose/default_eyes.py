@@ -69,7 +69,7 @@ def choose(*, offline: bool = False, say: Say | None = None, progress: weights.P
             if not here:
                 _have(name, offline=offline or weights.is_offline(), say=say, progress=progress)
         except ModelError as error:
-            why_not.append(f"{name} cannot be had ({error})")
+            why_not.append(f"{name} is not available ({error})")
             continue
         for line in why_not:
             say(line)
