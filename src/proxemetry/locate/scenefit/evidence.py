@@ -22,7 +22,7 @@ _EDGE = 0.002
 #: What no detector resolves, as a share of the photo's diagonal: about 0.7 px of a 1600 x 900 photo. The back end's own
 #: floor holds where that is more.
 _RESOLUTION = 4e-4
-#: What a stated depth is not known better than, metres: whoever measures it and the body model do not mean the same
+#: What a stated depth is not known better than, metres: an instrument and the body model do not mean the same
 #: point of a body that leans and breathes. An assumption.
 _LEAST_DEPTH_SD_M = 0.05
 
@@ -33,7 +33,7 @@ class Evidence:
 
     points: shape (P, K, 2), zero where absent. seen: shape (P, K). score_noise: shape (P, K), how far the
     detector strays at that score, in statures. resolution: the noise of a sharp point, in the same units as points.
-    heading_rad, heading_sd_rad: shape (P,), what the back end says itself, in the camera frame; NaN where nothing.
+    heading_rad, heading_sd_rad: shape (P,), the back end's own, in the camera frame; NaN where it gives none.
     log_depth, depth_rel_sd: shape (P,), the log of the stated depth in metres of the torso's middle along the camera's
         axis, and its standard deviation; NaN where nothing is stated.
     lengths: what the back end makes of body lengths, in the order of `anthropometry.LENGTHS`. from_above: shape (K,),
@@ -81,6 +81,6 @@ def evidence_of(people: People, camera: Camera, model: BodyModel) -> Evidence:
 
 
 def _azimuth(points: FloatArray, seen: NDArray[np.bool_]) -> FloatArray:
-    """Return how far to the right of the camera's axis everybody is seen, radians (P,): headings count from there."""
+    """Return how far to the right of the camera's axis each person is seen, radians (P,): headings count from there."""
     across = np.where(seen, points[..., 0], 0.0).sum(axis=1) / np.maximum(seen.sum(axis=1), 1)
     return np.arctan(across)

@@ -91,8 +91,9 @@ class Level:
 class Equations:
     """All levels of a Gauss-Newton step.
 
-    by_view: shape (V, N_SHARED, N_SHARED + sides), what the people of each view say, without any prior of the camera.
-    lens: shape (N_LENS, N_LENS + sides), what is left for the lens, priors included. cost: negative log posterior.
+    by_view: shape (V, N_SHARED, N_SHARED + sides), the normal equations of each view's people, without any prior of the
+    camera. lens: shape (N_LENS, N_LENS + sides), what is left for the lens, priors included. cost: negative log
+    posterior.
     """
 
     rows: Level

@@ -132,7 +132,7 @@ def evaluate_rows(
 def weighted_equations(
     rows: HypothesisBatch, local: FloatArray, shared: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Return what each row's keypoints and sole say: equations, their robust precision, their cost, keypoint weights.
+    """Return each row's equations of keypoints and sole, their robust precision, their cost, and keypoint weights.
 
     equations: shape (R, 2 K + 1, N_LOCAL + N_SHARED + 1), derivatives and, last, residuals, as `project` orders them;
     precision: shape (R, 2 K + 1).
@@ -160,10 +160,10 @@ def known_of_rows(rows: HypothesisBatch, local: FloatArray) -> tuple[FloatArray,
     pull = (rows.prior_precision @ off[..., None])[..., 0]
     cost = 0.5 * (off * pull).sum(axis=1)
     away = rows.log_depth - local[:, DEPTH]
-    told = stated_depth_precision(rows, local)
+    depth_precision = stated_depth_precision(rows, local)
     precision = rows.prior_precision.copy()
-    precision[:, DEPTH, DEPTH] += told
-    pull[:, DEPTH] += told * away
+    precision[:, DEPTH, DEPTH] += depth_precision
+    pull[:, DEPTH] += depth_precision * away
     return precision, pull, cost + (_DEPTH_DOF + 1) / 2 * np.log1p((away * rows.depth_precision) ** 2 / _DEPTH_DOF)
 
 
