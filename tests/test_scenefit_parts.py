@@ -15,7 +15,7 @@ from proxemetry.locate.scenefit.camera_prior import Place, SharedPrior
 from proxemetry.locate.scenefit.contradiction import misfit
 from proxemetry.locate.scenefit.evidence import evidence_of
 from proxemetry.locate.scenefit.hypotheses import keypoint_precision, log_evidence
-from proxemetry.locate.scenefit.posterior import _TWIST_SD, _covariance, _merged_spread, _modes
+from proxemetry.locate.scenefit.posterior import _TWIST_SD, _covariance, _merged_spread, _modes, _normalised
 from proxemetry.locate.scenefit.projection import (
     DEPTH,
     FOCAL,
@@ -109,6 +109,11 @@ def test_an_explanation_that_is_no_mode_widens_the_covariance_by_its_weight():
     added = _merged_spread(Two, explanations([5.0, 5.4]), np.array([0.7, 0.3]), np.array([0]), {})
     assert added[0, 2, 2] == pytest.approx(0.3 * 0.4**2)
     assert _merged_spread(Two, explanations([5.0, 5.4]), np.array([0.7, 0.3]), np.array([0]), {0: [0, 1]})[0, 2, 2] == 0
+
+
+def test_weights_are_each_persons_shares_of_the_evidence():
+    weight = _normalised(np.array([0, 0, 1]), np.array([5 + np.log(3), 5.0, -700.0]), 2)
+    assert weight == pytest.approx([0.75, 0.25, 1.0])
 
 
 def test_the_evidence_of_a_sharp_explanation_is_less_by_its_volume():

@@ -27,7 +27,7 @@ COUNT = len(DEPTHS_M)
 
 
 def drawn(rng):
-    """Return people, where they are, and where their trunks face."""
+    """Return people, where they are, where their trunks face, and how tall they are."""
     model = body_model(COCO_17)
     (adults,) = body_types("adults", 0.05)
     local, shared = np.zeros((COUNT, p.N_LOCAL)), camera_above(1.7, 0.12)
@@ -41,16 +41,17 @@ def drawn(rng):
     sd = 1 / np.maximum(precision, 1e-9)[..., None]
     noise = np.where(precision[..., None] > 0, rng.standard_normal(joints.shape) * sd, 0.0)
     trunks = HEADINGS + rng.normal(0, _TWIST_SD, COUNT)
-    return people_of(joints + noise), p.torso_position(local, shared), trunks
+    stature_m = np.exp(local[:, p.LOG_LENGTHS.start])
+    return people_of(joints + noise), p.torso_position(local, shared), trunks, stature_m
 
 
 def measured(seed, times, stated_sd=None):
-    """Return the errors and stated standard deviations of depths, distances and headings, each (times, ...)."""
+    """Return errors and stated standard deviations by quantity, each (times, ...)."""
     rng = np.random.default_rng(seed)
     rows = []
     a, b = np.triu_indices(COUNT, 1)
     for _ in range(times):
-        people, truth, trunks = drawn(rng)
+        people, truth, trunks, stature_m = drawn(rng)
         if stated_sd is not None:
             seen_from = np.arctan(ACROSS)  # headings are seen along the line of sight
             stated = HEADINGS + seen_from + rng.normal(0, stated_sd, COUNT)
@@ -66,9 +67,12 @@ def measured(seed, times, stated_sd=None):
         rows.append((
             (bodies.positions_m - truth)[:, 2], bodies.position_sd_m[:, 2], distance - true,
             np.sqrt(np.einsum("ni,nij,nj->n", along, covariance, along)), turned, bodies.heading_sd_rad,
+            bodies.stature_m - stature_m, bodies.stature_sd_m,
         ))  # fmt: skip
     columns = [np.array(column) for column in zip(*rows, strict=True)]
-    return {name: (columns[2 * k], columns[2 * k + 1]) for k, name in enumerate(("depth", "distance", "heading"))}
+    return {
+        name: (columns[2 * k], columns[2 * k + 1]) for k, name in enumerate(("depth", "distance", "heading", "stature"))
+    }
 
 
 def spread_over_stated(errors, sd):
@@ -76,7 +80,7 @@ def spread_over_stated(errors, sd):
     return float(np.sqrt((errors.var(axis=0) / (sd**2).mean(axis=0)).mean()))
 
 
-def test_depths_distances_and_headings_spread_as_stated():
+def test_depths_distances_headings_and_statures_spread_as_stated():
     found = measured(0, 200, STATED_SD)
     ratios = {name: spread_over_stated(*of_it) for name, of_it in found.items()}
     assert ratios == pytest.approx(dict.fromkeys(ratios, 1.0), abs=0.2), ratios
