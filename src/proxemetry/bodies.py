@@ -34,6 +34,23 @@ class Floor:
     roll_sd_rad: float = float("nan")
 
 
+@dataclass(frozen=True)
+class Intrinsics:
+    """What the people made of the camera's own intrinsics, with whose help they are placed.
+
+    focal_factor: their focal length over the camera's. shift: of the principal point, right and down, in the camera's
+    focal lengths.
+    """
+
+    focal_factor: float = 1.0
+    shift: tuple[float, float] = (0.0, 0.0)
+
+    def seen(self, points_m: FloatArray) -> FloatArray:
+        """Return points (..., 3) of the camera frame moved to where the stated camera sees them in the same pixel."""
+        across = points_m[..., :2] * self.focal_factor + np.array(self.shift) * points_m[..., 2:]
+        return np.concatenate([across, points_m[..., 2:]], axis=-1)
+
+
 @dataclass(frozen=True, eq=False)
 class Mode:
     """One of several explanations of a photo: its weight and where it puts people.
@@ -69,6 +86,7 @@ class Bodies:
     depth_misfit: shape (P,), by how many standard deviations a person's stated depth is off what all other evidence
     gives,
         positive where it is stated too far; NaN where none is stated.
+    intrinsics: with which the places project onto what was seen, where the method fits them.
     """
 
     positions_m: FloatArray
@@ -85,6 +103,7 @@ class Bodies:
     modes: tuple[Mode, ...] = ()
     mount_misfit: float = float("nan")
     depth_misfit: FloatArray = field(default_factory=_nothing)
+    intrinsics: Intrinsics = field(default_factory=Intrinsics)
 
     def __post_init__(self) -> None:
         count = len(self.basis)

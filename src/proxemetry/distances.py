@@ -157,6 +157,24 @@ def measure_distances(bodies: Bodies) -> Distances:
     return Distances(distance, low, high, spatial, zones, groups, bodies.up is not None, reach)
 
 
+def probability_within(bodies: Bodies, limit_m: float) -> FloatArray:
+    """Return how probable it is that each two people are nearer than a limit, shape (P, P), of all explanations.
+
+    NaN on the diagonal and for who could not be placed; 0 in a crowd for who is placed further apart than is looked at.
+    """
+    plane = ground_frame(bodies.up)[:2] if bodies.up is not None else np.eye(3)
+    result = np.full((len(bodies), len(bodies)), np.nan)
+    placed = np.flatnonzero(bodies.placed)
+    a, b = (placed[k] for k in np.triu_indices(len(placed), 1))
+    result[a, b] = result[b, a] = 0.0
+    if len(bodies) > CROWD:
+        a, b = pairs_within(CROWD_REACH_M, bodies, plane, a, b)
+    for some in blocks(len(a), len(standard_normal(len(plane))) * max(1, len(bodies.modes))):
+        lengths, weights = _draw_lengths(bodies, a[some], b[some], plane)
+        result[a[some], b[some]] = result[b[some], a[some]] = (lengths < limit_m) @ weights
+    return result
+
+
 def planar_lengths(gap_m: FloatArray, covariance_m2: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the drawn lengths of uncertain gaps on the ground, each row in order, and the draws' weights.
 

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from .arrays import FloatArray
-from .bodies import Bodies, Floor, Mode
+from .bodies import Bodies, Floor, Intrinsics, Mode
 from .camera import Camera, CameraEstimate, Candidate, Flag, Mount, Source, Testimony
 from .people import People
 from .people.skeleton import SKELETONS, Skeleton, skeleton_named
@@ -146,6 +146,8 @@ def bodies_to_dict(bodies: Bodies) -> dict[str, Any]:
             for m in bodies.modes
         ],
         "mount_misfit": none_if_nan(bodies.mount_misfit),
+        "focal_factor": bodies.intrinsics.focal_factor,
+        "principal_shift": list(bodies.intrinsics.shift),
         **({"depth_misfit": _numbers(bodies.depth_misfit)} if np.isfinite(bodies.depth_misfit).any() else {}),
     }
 
@@ -169,5 +171,6 @@ def bodies_from_dict(fields: Mapping[str, Any]) -> Bodies:
         ),
         mount_misfit=math.nan if fields.get("mount_misfit") is None else fields["mount_misfit"],
         depth_misfit=_stated("depth_misfit", fields, count),
+        intrinsics=Intrinsics(fields.get("focal_factor", 1.0), tuple(fields.get("principal_shift", (0.0, 0.0)))),
         **vectors,
     )

@@ -28,6 +28,7 @@ COMMANDS: dict[str, str] = {
     "score": "score predictions against a benchmark's labels, or check a labels folder",
     "annotate": "make a benchmark of your own photos: points, taped places, label files, scores",
     "benchmark": "run methods on a benchmark's photos, or its annotated points, and score them",
+    "figures": "draw circles on the floor, or the floor as seen from above, for photos of a results folder",
     "report": "write one self-contained page on a results folder",
     "review": "look through the photos in the browser and correct what is wrong",
     "models": "list, fetch and check the networks that find people",

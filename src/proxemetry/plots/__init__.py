@@ -18,10 +18,13 @@ from .faces import FACES
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["FACES", "FORMATS", "overlay", "photo_of", "plan", "render", "save"]
+__all__ = ["FACES", "FORMATS", "birds_eye", "circles", "overlay", "photo_of", "plan", "render", "save"]
 
 #: File name endings that `save` writes.
 FORMATS = (".png", ".jpg", ".jpeg", ".svg", ".pdf")
+
+#: Wider circles than these are around no person.
+_WIDEST_M = 100.0
 
 
 def overlay(scene: Scene, photo: Photo | None, *, faces: str = "show", all_pairs: bool = False) -> Figure:
@@ -38,6 +41,39 @@ def overlay(scene: Scene, photo: Photo | None, *, faces: str = "show", all_pairs
     from .figure import overlay_figure
 
     return overlay_figure(scene, photo, faces, all_pairs)
+
+
+def circles(scene: Scene, photo: Photo | None, *, within_m: float = 2.0, faces: str = "blur") -> Figure:
+    """Return the photo with a circle on the floor around everybody, coloured by whether two are nearer than a limit.
+
+    Circles have the limit, metres, as their diameter: they touch where two people are nearer, and lines say how
+    probable that is. photo, faces: as `overlay` takes them. Where no floor was found they lie at the height of the
+    bodies. Raises PhotoError where the photo cannot be decoded, SettingsError for an unknown value of `faces` or a
+    limit that is none.
+    """
+    _check(faces, within_m)
+    from .floor_figures import circles_figure
+
+    return circles_figure(scene, photo, within_m, faces)
+
+
+def birds_eye(scene: Scene, photo: Photo | None, *, within_m: float = 2.0, faces: str = "blur") -> Figure:
+    """Return the floor as seen from straight above, laid flat out of the photo, with the people and circles on it.
+
+    What stands up is smeared away from the camera; what lies on the floor has its true shape, to a metre grid.
+    Without a photo, or where no floor was found, the grid alone. Parameters and errors are those of `circles`.
+    """
+    _check(faces, within_m)
+    from .floor_figures import birds_eye_figure
+
+    return birds_eye_figure(scene, photo, within_m, faces)
+
+
+def _check(faces: str, within_m: float) -> None:
+    if faces not in FACES:
+        raise SettingsError(f"faces {faces!r} is unknown: use one of {', '.join(FACES)}")
+    if not 0 < within_m <= _WIDEST_M:
+        raise SettingsError(f"a limit of {within_m:g} m is none: it must be above 0 and at most {_WIDEST_M:g}")
 
 
 def photo_of(scene: Scene, photo: Photo | str | Path | None) -> Photo | None:

@@ -47,7 +47,7 @@ class ShownFigure(Figure):
 def overlay_figure(scene: Scene, photo: Photo | None, faces: str, all_pairs: bool) -> Figure:
     """Return photo and plan side by side, or one above the other for a panorama."""
     shown = pairs_shown(scene.distances, all_pairs)
-    aspect = _aspect(scene)
+    aspect = aspect_of(scene)
     if aspect <= _WIDE:
         tall = min(6.6, 10.5 / aspect)
         sizes = [(tall * aspect, tall), (max(4.6, min(6.2, tall)), tall)]
@@ -59,7 +59,7 @@ def overlay_figure(scene: Scene, photo: Photo | None, faces: str, all_pairs: boo
         sizes = [(wide, wide / aspect), (7.5, deep)]  # people stand in a strip as deep as it is wide
         width, height = wide, wide / aspect + 0.35 + deep
         spots = [(0.0, deep + 0.35), (0.45, 0.0)]
-    figure, panels = _sheet(scene, footnote(scene, shown), width, height, spots, sizes)
+    figure, panels = sheet(scene, footnote(scene, shown), width, height, spots, sizes)
     pixels = None if photo is None else photo.pixels(_LONG_SIDE_PX)
     draw_photo(panels[0], scene, pixels, shown, faces == "blur")
     draw_plan(panels[1], scene, shown)
@@ -69,27 +69,33 @@ def overlay_figure(scene: Scene, photo: Photo | None, faces: str, all_pairs: boo
 def plan_figure(scene: Scene, all_pairs: bool) -> Figure:
     """Return the view from above alone."""
     shown = pairs_shown(scene.distances, all_pairs)
-    figure, panels = _sheet(scene, footnote(scene, shown), 7.0, 6.4, [(0.45, 0.0)], [(6.55, 6.4)])
+    figure, panels = sheet(scene, footnote(scene, shown), 7.0, 6.4, [(0.45, 0.0)], [(6.55, 6.4)])
     draw_plan(panels[0], scene, shown)
     return figure
 
 
-def _aspect(scene: Scene) -> float:
+def aspect_of(scene: Scene) -> float:
+    """Return a photo's width over its height, 3:2 where its size is unknown."""
     return scene.width_px / scene.height_px if scene.width_px and scene.height_px else 1.5
 
 
-def _sheet(
+def sheet(
     scene: Scene,
     foot: str,
     width: float,
     height: float,
     spots: list[tuple[float, float]],
     sizes: list[tuple[float, float]],
+    handles: list[Artist] | None = None,
 ) -> tuple[Figure, list[Axes]]:
-    """Return a white figure with heading and footnote, and axes at `spots` (inches from the lower left of the body)."""
+    """Return a white figure with heading and footnote, and axes at `spots` (inches from the lower left of the body).
+
+    handles: what the legend explains, the signs of overlays where None.
+    """
     per_line = int(width / (_TEXT_PT * 0.0073))
     lines = textwrap.wrap(foot, per_line)[:6]
-    handles = _legend_handles() if scene.distances.below(math.inf) or scene.bodies.placed.any() else []
+    handles = _legend_handles() if handles is None else handles
+    handles = handles if scene.distances.below(math.inf) or scene.bodies.placed.any() else []
     key_rows = -(-len(handles) // max(1, int(width / _LEGEND_ENTRY_IN)))
     columns = -(-len(handles) // max(1, key_rows))
     below = _MARGIN_IN + _FOOT_IN + _LINE_IN * len(lines) + _KEY_ROW_IN * key_rows

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
@@ -51,6 +52,15 @@ def horizon_px(camera: Camera, pitch_rad: float, roll_rad: float) -> FloatArray:
     u = np.array([0.0, float(camera.width)])
     x = (u - camera.cx) / camera.fx
     return np.column_stack([u, camera.cy - camera.fy * (down[0] * x + down[2]) / down[1]])
+
+
+def camera_as_fitted(camera: Camera, bodies: Bodies) -> Camera:
+    """Return a camera with the focal length and principal point that its people made of it, and are placed with."""
+    fitted = bodies.intrinsics
+    return replace(
+        camera, fx=camera.fx * fitted.focal_factor, fy=camera.fy * fitted.focal_factor,
+        cx=camera.cx + camera.fx * fitted.shift[0], cy=camera.cy + camera.fy * fitted.shift[1],
+    )  # fmt: skip
 
 
 def field_of_view(camera: Camera, up: FloatArray | None) -> FloatArray:

@@ -13,7 +13,7 @@ from matplotlib.patheffects import Normal, Stroke
 from ..arrays import FloatArray
 from ..intervals import CHI2_2D
 from ..scene import Scene
-from .geometry import ellipse, field_of_view, ground_positions
+from .geometry import camera_as_fitted, ellipse, field_of_view, ground_positions
 from .lettering import badge_radius_pt, draw_badges, draw_pair_labels, panel_box, to_points
 from .pair_selection import colour_of, line_colours, line_styles, short_pair_text
 from .placement import Obstacles, around
@@ -34,15 +34,15 @@ def draw_plan(axes: Axes, scene: Scene, shown: list[tuple[int, int]]) -> None:
         side.set(color=_GRID, linewidth=0.8)
     placed = [int(i) for i in np.flatnonzero(scene.bodies.placed)]
     if not placed:
-        _draw_nobody(axes, scene)
+        draw_nobody(axes, scene)
         return
     positions, covariances = ground_positions(scene.bodies)
-    _set_limits(axes, positions[placed], covariances[placed])
-    _draw_grid(axes)
-    _draw_camera(axes, scene)
+    set_limits(axes, positions[placed], covariances[placed])
+    draw_grid(axes)
+    draw_camera(axes, scene)
     for person in placed:
-        _draw_ellipse(axes, positions[person], covariances[person], colour_of(person))
-        _draw_heading(axes, positions[person], float(scene.bodies.heading_rad[person]))
+        draw_ellipse(axes, positions[person], covariances[person], colour_of(person))
+        draw_heading(axes, positions[person], float(scene.bodies.heading_rad[person]))
     farthest_first = shown[::-1]
     segments = [positions[[a, b]] for a, b in farthest_first]
     lines = LineCollection(
@@ -60,13 +60,14 @@ def draw_plan(axes: Axes, scene: Scene, shown: list[tuple[int, int]]) -> None:
     draw_pair_labels(axes, ends, texts, line_colours(scene.distances, shown), taken, Obstacles.none())
 
 
-def _draw_nobody(axes: Axes, scene: Scene) -> None:
+def draw_nobody(axes: Axes, scene: Scene) -> None:
+    """Say that there is nobody to draw."""
     axes.set(xticks=[], yticks=[])
     text = "no people found" if not len(scene) else "no person could be placed"
     axes.text(0.5, 0.5, text, transform=axes.transAxes, ha="center", va="center", size=10, color=_INK)
 
 
-def _set_limits(axes: Axes, positions: FloatArray, covariances: FloatArray) -> None:
+def set_limits(axes: Axes, positions: FloatArray, covariances: FloatArray) -> None:
     """Fit all people with the nearer part of the ellipses, and the camera unless people would be dots next to it."""
     reach = np.sqrt(CHI2_2D * np.einsum("pkk->pk", covariances))
     spread = max(float(np.ptp(positions, axis=0).max()), 2.0)
@@ -81,7 +82,8 @@ def _set_limits(axes: Axes, positions: FloatArray, covariances: FloatArray) -> N
     axes.set(xlim=(middle[0] - half[0], middle[0] + half[0]), ylim=(middle[1] - half[1], middle[1] + half[1]))
 
 
-def _draw_grid(axes: Axes) -> None:
+def draw_grid(axes: Axes) -> None:
+    """Draw a grid of whole metres, as fine as can be told apart, and say how fine it is."""
     spans = [high - low for low, high in (axes.get_xlim(), axes.get_ylim())]
     step = next((s for s in _STEPS_M if max(spans) / s <= _MOST_LINES), _STEPS_M[-1])
     for low, high, set_ticks in (
@@ -94,13 +96,13 @@ def _draw_grid(axes: Axes) -> None:
     axes.set_title(f"View from above, metres, grid {step} m", size=9, color=_INK, loc="left", pad=4)
 
 
-def _draw_camera(axes: Axes, scene: Scene) -> None:
+def draw_camera(axes: Axes, scene: Scene) -> None:
     """Draw the field of view, and the camera itself where it is in the picture."""
     camera = scene.camera.camera
     if camera is None:
         return
     far = 3 * max(abs(v) for v in (*axes.get_xlim(), *axes.get_ylim()))
-    edges = field_of_view(camera, scene.bodies.up) * far
+    edges = field_of_view(camera_as_fitted(camera, scene.bodies), scene.bodies.up) * far
     axes.add_patch(Polygon([(0, 0), *edges], closed=True, facecolor="#3B6EA8", alpha=0.06, linewidth=0, zorder=0.5))
     for edge in edges:
         axes.plot([0, edge[0]], [0, edge[1]], color="#3B6EA8", linewidth=0.9, linestyle=(0, (5, 3)), zorder=0.6)
@@ -110,10 +112,14 @@ def _draw_camera(axes: Axes, scene: Scene) -> None:
         axes.annotate("camera", (0, 0), (7, -3), textcoords="offset points", size=8, color="#222222", zorder=4)
     else:
         text = f"camera {bottom:.0f} m further down"
-        axes.text(0.5, 0.012, text, transform=axes.transAxes, ha="center", va="bottom", size=8, color="#222222")
+        paper = {"facecolor": _PAPER, "edgecolor": "none", "alpha": 0.8, "pad": 1.5}
+        axes.text(
+            0.5, 0.012, text, transform=axes.transAxes, ha="center", va="bottom", size=8, color="#222222", bbox=paper
+        )
 
 
-def _draw_ellipse(axes: Axes, position: FloatArray, covariance: FloatArray, colour: str) -> None:
+def draw_ellipse(axes: Axes, position: FloatArray, covariance: FloatArray, colour: str) -> None:
+    """Draw where a person may stand, 90 %."""
     if not np.isfinite(covariance).all():
         return
     width, height, angle = ellipse(covariance)
@@ -127,7 +133,8 @@ def _draw_ellipse(axes: Axes, position: FloatArray, covariance: FloatArray, colo
         )  # fmt: skip
 
 
-def _draw_heading(axes: Axes, position: FloatArray, heading_rad: float) -> None:
+def draw_heading(axes: Axes, position: FloatArray, heading_rad: float) -> None:
+    """Draw an arrow to where a person faces."""
     if not math.isfinite(heading_rad):
         return
     tip = position + 1.6 * _ARROW_M * np.array([math.sin(heading_rad), -math.cos(heading_rad)])

@@ -12,10 +12,11 @@ from ..archive.review.actions import Action
 from ..archive.review.edits import joints_to_click
 from ..archive.store.index import PhotoCard
 from ..arrays import FloatArray
+from ..camera import Camera
 from ..distances import UNCERTAIN
 from ..intervals import HALF_WIDTH_SD
 from ..plots.faces import heads_px
-from ..plots.geometry import anchors_px, ellipse, field_of_view, ground_positions
+from ..plots.geometry import anchors_px, camera_as_fitted, ellipse, field_of_view, ground_positions
 from ..plots.pair_selection import UNPLACED_COLOUR, camera_text, colour_of, pairs_shown, text_on
 from ..plots.zone_colours import ZONE_COLOURS
 from ..scene import Scene
@@ -73,6 +74,10 @@ def scene_view(scene: Scene, actions: Sequence[Action]) -> dict[str, Any]:
     }
 
 
+def _view(scene: Scene, camera: Camera) -> list[list[float | None] | None]:
+    return [numbers(v) for v in field_of_view(camera_as_fitted(camera, scene.bodies), scene.bodies.up)]
+
+
 def _camera(scene: Scene) -> dict[str, Any]:
     camera, floor = scene.camera.camera, scene.bodies.floor
     return {
@@ -90,7 +95,7 @@ def _camera(scene: Scene) -> dict[str, Any]:
             }
             for c in scene.camera.candidates
         ],
-        "view": None if camera is None else [numbers(v) for v in field_of_view(camera, scene.bodies.up)],
+        "view": None if camera is None else _view(scene, camera),
         "height_m": None if floor is None else number(floor.height_m, 2),
         "pitch_deg": None if floor is None else number(math.degrees(floor.pitch_rad), 1),
     }

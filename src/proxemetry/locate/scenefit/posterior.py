@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...arrays import FloatArray
-from ...bodies import MOST_DEPTH_MISFIT, Bodies, Floor, Mode
+from ...bodies import MOST_DEPTH_MISFIT, Bodies, Floor, Intrinsics, Mode
 from .alternatives import Explanations
 from .batch import HypothesisBatch
 from .body_model import BodyModel
@@ -25,6 +25,7 @@ from .projection import (
     N_LOCAL,
     N_SHARED,
     PITCH,
+    PRINCIPAL,
     ROLL,
     camera_axes,
     torso_jacobian,
@@ -67,6 +68,7 @@ class Placed:
     modes: tuple[Mode, ...]
     depth_misfit: FloatArray
     mount_misfit: float = float("nan")
+    intrinsics: Intrinsics = field(default_factory=Intrinsics)
 
     def bodies(self, count: int, rows: NDArray[np.intp], reason: str) -> Bodies:
         """Return them among all `count` people, at `rows`; the others are unplaced for that reason.
@@ -109,7 +111,7 @@ class Placed:
             basis, reasons, self.up, _spread(self.heading_rad, count, rows),
             _spread(self.heading_sd_rad, count, rows), _spread(self.stature_m, count, rows),
             _spread(self.stature_sd_m, count, rows), self.floor, modes, self.mount_misfit,
-            _spread(self.depth_misfit, count, rows),
+            _spread(self.depth_misfit, count, rows), self.intrinsics,
         )  # fmt: skip
 
 
@@ -140,7 +142,13 @@ def placed_people(explained: Explained, model: BodyModel) -> Placed:
         modes=_modes(choices, explanations, weights, first, fit, alike),
         depth_misfit=misfit,
         mount_misfit=explained.mount_misfit,
+        intrinsics=_intrinsics(fit.shared),
     )
+
+
+def _intrinsics(shared: FloatArray) -> Intrinsics:
+    right, down = shared[PRINCIPAL].tolist()
+    return Intrinsics(float(np.exp(shared[FOCAL])), (right, down))
 
 
 def _normalised(person: NDArray[np.intp], log_weight: FloatArray, count: int) -> FloatArray:
