@@ -80,10 +80,9 @@ def floor_drawn(pixels: RGBArray, mount: Mount, points_px: FloatArray | None = N
     image = Image.fromarray(pixels)
     draw = ImageDraw.Draw(image)
     width = max(1, round(max(pixels.shape[:2]) / 900))
-    for line, tenth in _grid(mount, reach_m):
+    for line, tenth in grid_lines(mount, (pixels.shape[1], pixels.shape[0]), reach_m):
         colour = _TEN_RGB if tenth else _GRID_RGB
-        for part in _runs(line, pixels.shape[1], pixels.shape[0]):
-            draw.line([tuple(p) for p in part.tolist()], fill=colour, width=width * (2 if tenth else 1))
+        draw.line([tuple(p) for p in line.tolist()], fill=colour, width=width * (2 if tenth else 1))
     ends = horizon(mount)
     if ends is not None:
         draw.line(ends, fill=_HORIZON_RGB, width=2 * width)
@@ -93,11 +92,25 @@ def floor_drawn(pixels: RGBArray, mount: Mount, points_px: FloatArray | None = N
     return np.asarray(image)
 
 
-def _grid(mount: Mount, reach_m: float) -> Iterator[tuple[FloatArray, bool]]:
+def grid_lines(
+    mount: Mount, size_px: tuple[int, int], reach_m: float = 40.0, samples: int = 321
+) -> Iterator[tuple[FloatArray, bool]]:
+    """Yield the stretches (N, 2) of the floor's metre lines that lie near a picture of this size, in pixels, and
+    whether each is a tenth line.
+
+    Lines that are too close together to tell apart are left out: only every tenth is there. Raises CameraError where
+    the mount does not know the floor's place.
+    """
+    for line, tenth in _grid(mount, reach_m, samples):
+        for part in _runs(line, *size_px):
+            yield part, tenth
+
+
+def _grid(mount: Mount, reach_m: float, samples: int) -> Iterator[tuple[FloatArray, bool]]:
     """Yield the pixels (N, 2) of every grid line, NaN behind the camera, and whether it is a tenth one."""
     frame = mount.floor_frame
     middle = np.zeros(2) if frame is None else np.array([frame.x_m, frame.y_m])
-    along = np.linspace(-reach_m, reach_m, 321)
+    along = np.linspace(-reach_m, reach_m, samples)
     for axis in (0, 1):
         for k in range(math.ceil(middle[axis] - reach_m), math.floor(middle[axis] + reach_m) + 1):
             line = np.empty((len(along), 2))

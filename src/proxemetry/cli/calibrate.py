@@ -5,14 +5,14 @@ from __future__ import annotations
 import argparse
 import math
 import sys
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from ..calibration.points import CLICK_SD_PX, PRINCIPAL_REL_SD, TAPE_SD_M
 from ..camera import Camera, Mount
-from ..camera.focal import FocalRequest, estimate_camera
+from ..camera.focal import FocalRequest
 from ..camera.mount import STATED_ANGLE_SD_RAD
 from ..errors import CameraError, PhotoError, SettingsError
 from ..photo import Photo
@@ -92,7 +92,7 @@ def run(args: argparse.Namespace) -> int:
             "the camera's place is stated twice: one of --points, --homography, --subtitles, --height-m"
         )
     picture = _picture(args)
-    camera, focal_known = lens_of(picture, focal_request(args))
+    camera, focal_known = lens_of_picture(picture, focal_request(args))
     mount, notes, distances, marks = _found(args, ways, stated, picture, camera, focal_known)
     out = Path(args.out)
     if not out.parent.is_dir():
@@ -107,17 +107,12 @@ def run(args: argparse.Namespace) -> int:
     return DONE
 
 
-def lens_of(picture: Picture, request: FocalRequest) -> tuple[Camera, bool]:
+def lens_of_picture(picture: Picture, request: FocalRequest) -> tuple[Camera, bool]:
     """Return the lens of a picture, and whether its focal length is known."""
-    from ..calibration.points import open_camera
+    from ..calibration.lens import lens_of
 
     photo = picture.photo or Photo("picture", picture.width, picture.height, "")
-    estimate = estimate_camera(photo, request)
-    known = estimate.camera is not None and not estimate.is_assumed
-    camera = estimate.camera if known and estimate.camera else open_camera(picture.width, picture.height)
-    if camera.principal_sd_px == 0 and (camera.cx, camera.cy) == (camera.width / 2, camera.height / 2):
-        camera = replace(camera, principal_sd_px=PRINCIPAL_REL_SD * max(camera.width, camera.height))
-    return camera, known
+    return lens_of(photo, request)
 
 
 def _found(

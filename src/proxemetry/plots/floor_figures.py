@@ -118,7 +118,7 @@ def _colour(chance: FloatArray, person: int) -> str:
 
 def _draw_outline(axes: Axes, outline: FloatArray, colour: str) -> None:
     """Draw a circle as the photo shows it; of one that reaches behind the lens the part before it."""
-    seen = np.isfinite(outline).all(axis=1)
+    seen = np.asarray(np.isfinite(outline).all(axis=1), dtype=bool)
     if seen.all():
         axes.add_patch(Polygon(outline, closed=True, facecolor=colour, edgecolor="none", alpha=0.3, zorder=1))
     casing = [Stroke(linewidth=3.4, foreground="#000000", alpha=0.6), Normal()]

@@ -14,6 +14,7 @@ from starlette.routing import Route
 from ..errors import SettingsError
 from ..files import parse_json
 from .answers import answering, body_of, error_answer, static_routes
+from .calibrating import Clicked
 from .guard import Guard
 from .measuring import Measuring, folders
 from .pictures import SIZES_PX
@@ -33,6 +34,8 @@ def create_app(review: Review, token: str, hosts: tuple[str, ...]) -> Guard:
         Route("/api/photos/{identity:int}", answering(page.photo)),
         Route("/api/photos/{identity:int}/actions", answering(page.act), methods=["POST"]),
         Route("/api/photos/{identity:int}/undo", answering(page.undo), methods=["POST"]),
+        Route("/api/photos/{identity:int}/calibration", answering(page.calibrate), methods=["POST"]),
+        Route("/api/photos/{identity:int}/calibration/{name}", answering(page.save_camera), methods=["POST"]),
         Route("/api/photos/{identity:int}/alike", answering(page.alike)),
         Route("/api/photos/{identity:int}/picture", answering(page.picture)),
         Route("/api/export", answering(page.export), methods=["POST"]),
@@ -117,6 +120,15 @@ class _Page:
         found = await run_in_threadpool(self._review.alike, int(request.path_params["identity"]), scope)
         return JSONResponse({"photos": found})
 
+    async def calibrate(self, request: Request) -> Response:
+        clicked, number = await _clicked(request), int(request.path_params["identity"])
+        return JSONResponse(await run_in_threadpool(self._review.calibrate, number, clicked))
+
+    async def save_camera(self, request: Request) -> Response:
+        clicked, number = await _clicked(request), int(request.path_params["identity"])
+        name = str(request.path_params["name"])
+        return JSONResponse(await run_in_threadpool(self._review.save_camera, number, clicked, name))
+
     async def undo(self, request: Request) -> Response:
         number = int(request.path_params["identity"])
         undone = await run_in_threadpool(self._review.undo, number)
@@ -157,6 +169,13 @@ class _Page:
         content = await body_of(request, MOST_UPLOAD_BYTES)
         photo = await run_in_threadpool(store.add, content, request.query_params.get("name", ""))
         return JSONResponse({"id": await run_in_threadpool(self._review.added, photo)})
+
+
+async def _clicked(request: Request) -> Clicked:
+    fields = parse_json((await body_of(request, MOST_JSON_BYTES)).decode(), finite=True)
+    if not isinstance(fields, dict):
+        raise ValueError("a calibration is {points, lengths, lens}")
+    return Clicked.parsed(fields)
 
 
 def _query(request: Request) -> Query:

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import json
 import math
+import re
+import shlex
 import threading
 from collections.abc import Callable, Hashable, Mapping
 from dataclasses import dataclass
@@ -13,9 +16,10 @@ from ..archive.review.agreement import Agreement, agreement
 from ..archive.review.corrections import FileKey, by_file, in_force
 from ..archive.review.edits import applied
 from ..archive.store.index import PhotoCard, card_of
-from ..errors import PhotoError, SettingsError
+from ..errors import CameraError, PhotoError, SettingsError
 from ..scene import Scene
 from .cache import LruCache
+from .calibrating import Clicked, found, mount_of
 from .pictures import jpeg
 from .stores import Store
 from .tables_zip import tables_zip
@@ -24,6 +28,8 @@ from .view import scene_view, summary_view
 PAGE_SIZE = 60
 #: What a correction may also be kept for -> what photos share then, None where nothing is known.
 SCOPES: dict[str, Callable[[PhotoCard], str | None]] = {"folder": lambda s: s.group, "camera": lambda s: s.camera}
+#: What a camera's file may be called: nothing that leads elsewhere.
+_CAMERA_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,59}")
 _SCENES_KEPT, _ORDERS_KEPT, _PICTURES_BYTES = 64, 8, 200_000_000
 
 
@@ -222,6 +228,32 @@ class Review:
     def _take_in(self, number: int, scene: Scene, actions: list[Action]) -> None:
         self._actions[FileKey.of(scene)] = actions
         self._summaries[number] = card_of(self._corrected(scene))
+
+    def calibrate(self, number: int, clicked: Clicked) -> dict[str, Any]:
+        """Return what clicked points and lengths tell of the camera of a photo, see `calibrating.found`.
+
+        What tells no camera is an answer too, of the status "problem": half of the clicks are not there yet.
+        """
+        with self._lock:
+            scene = self._scene(self._summary(number))
+        try:
+            return found(scene, clicked)
+        except CameraError as error:
+            return {"status": "problem", "text": str(error)}
+
+    def save_camera(self, number: int, clicked: Clicked, name: str) -> dict[str, str]:
+        """Write the camera that points and lengths tell into the results folder; return where, and what to do next.
+
+        Raises SettingsError for a name that is none, and where there is no folder; CameraError without a camera.
+        """
+        if not _CAMERA_NAME.fullmatch(name):
+            raise SettingsError(f"{name!r:.60} is no name for a camera: letters, digits, dots, hyphens and underscores")
+        with self._lock:
+            scene = self._scene(self._summary(number))
+        mount = mount_of(scene, clicked)
+        text = json.dumps(mount.to_dict(), indent=2, allow_nan=False) + "\n"
+        file = self.store.save_camera(f"{name}.json", text.encode())
+        return {"file": file, "measure": f"proxemetry measure PHOTOS --out RESULTS --mount {shlex.quote(file)}"}
 
     def picture(self, number: int, long_side_px: int) -> bytes:
         """Return a photo as JPEG without metadata; raises PhotoError where the file is gone or another one."""

@@ -26,6 +26,8 @@ from ..tables import CORRECTIONS
 
 #: A dropped photo may have this many pixels; a file of a few bytes may claim more than the memory holds.
 MOST_PIXELS = 120_000_000
+#: Folder of the results that cameras found on the page are kept in.
+CAMERAS = "cameras"
 
 
 class Store(Protocol):
@@ -54,6 +56,10 @@ class Store(Protocol):
 
     def export(self) -> list[str]:
         """Write the corrected tables and the log; return the files' names."""
+        ...
+
+    def save_camera(self, name: str, content: bytes) -> str:
+        """Write a camera's file; return where it is."""
         ...
 
 
@@ -101,6 +107,11 @@ class FolderStore:
         self.results.folder.write("corrections.csv", log_csv(self.log.actions()))
         return ["photos.csv", "people.csv", "pairs.csv", "corrections.csv"]
 
+    def save_camera(self, name: str, content: bytes) -> str:
+        """Write a camera's file into the folder `cameras` of the results; return its path."""
+        self.results.folder.write(f"{CAMERAS}/{name}", content)
+        return self.results.folder.path(f"{CAMERAS}/{name}")
+
 
 class DropStore:
     """Photos dropped onto the page: measured here, kept until the page is closed down."""
@@ -138,6 +149,10 @@ class DropStore:
     def export(self) -> list[str]:
         """There is no folder to write to."""
         raise SettingsError("dropped photos have no results folder: run `proxemetry measure` and review that")
+
+    def save_camera(self, name: str, content: bytes) -> str:
+        """There is no folder to write to."""
+        raise SettingsError("dropped photos have no results folder: download the camera instead")
 
     def add(self, content: bytes, name: str) -> str:
         """Measure a dropped photo and return its name here; raises PhotoError for anything but a photo.

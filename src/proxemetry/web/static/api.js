@@ -45,6 +45,10 @@ export const act = (id, query, action, value) =>
     body: JSON.stringify({ action, value }),
   });
 
+const told = (path, value) => ask(path, { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(value) });
+export const calibrate = (id, clicked) => told(`/api/photos/${id}/calibration`, clicked);
+export const saveCamera = (id, name, clicked) => told(`/api/photos/${id}/calibration/${encodeURIComponent(name)}`, clicked);
+
 export const alike = (id, scope) => ask(`/api/photos/${id}/alike?${searchOf({ scope })}`);
 
 export const drop = (file) =>

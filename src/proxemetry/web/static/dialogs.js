@@ -8,7 +8,7 @@ const KEYS = [
   ["0, 1, 2 ...", "choose that person; 1 and 2 in quick succession: person 12"], ["] and [", "choose the next, previous person"], ["X or Delete", "remove the chosen person"], ["A", "add a missed person"],
   ["O", "chosen person is not on the same floor"], ["B", "body size of the chosen person: child, adult or as in the run"], [".", "choose a joint to move by arrow keys"], ["Shift + arrow", "move it ten times as far"],
   ["F", "set the focal length"], ["E", "exclude the photo, or count it again"], ["N", "write a note"], ["U", "undo your last change here"],
-  ["P", "all pairs, or nearest neighbours"], ["H", "hide what is drawn on the photo"], ["+ and -", "zoom; R shows the whole photo"], ["Esc", "cancel"],
+  ["C", "where the camera is, from points of the floor"], ["P", "all pairs, or nearest neighbours"], ["H", "hide what is drawn on the photo"], ["+ and -", "zoom; R shows the whole photo"], ["Esc", "cancel"],
 ];
 
 // Resolves to what `read` makes of the form, or to null where the dialog was closed. Enter submits, Shift+Enter begins a new line.

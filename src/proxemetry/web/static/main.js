@@ -2,6 +2,7 @@
 
 import { showAgreement } from "./agreement.js";
 import * as api from "./api.js";
+import { CalibrateView } from "./calibrate.js";
 import { showHelp } from "./dialogs.js";
 import { showDrop } from "./drop.js";
 import { showFolder } from "./folder.js";
@@ -34,11 +35,11 @@ async function show() {
   try {
     about ??= await api.about();
     head();
-    if (parts[0] === "photo") {
+    if (parts[0] === "photo" || parts[0] === "calibrate") {
       const fields = await api.photo(Number(parts[1]), query);
       if (mine !== turn) return;
       view?.close();
-      view = new PhotoView(main, fields, query);
+      view = new (parts[0] === "photo" ? PhotoView : CalibrateView)(main, fields, query);
       main.focus({ preventScroll: true });
     } else {
       view?.close();

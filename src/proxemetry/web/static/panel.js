@@ -114,7 +114,8 @@ export class Panel {
       camera.candidates.length > 0 && html("table", {}, html("caption", { class: "hint", text: "What could be known of the focal length, with its 90 %" }),
         html("tbody", {}, camera.candidates.map((c) => html("tr", {}, html("td", { class: "num", text: `${c.focal_px} px` }),
           html("td", { class: "num", text: `± ${c.spread_pct} %` }), html("td", { text: c.source }))))),
-      html("p", {}, html("button", { type: "button", onclick: () => this.on.focal() }, "Set the focal length ", html("kbd", { text: "F" }))));
+      html("p", {}, html("button", { type: "button", onclick: () => this.on.focal() }, "Set the focal length ", html("kbd", { text: "F" })), " ",
+        html("button", { type: "button", id: "calibrate", onclick: () => this.on.calibrate() }, "Find the camera's place ", html("kbd", { text: "C" }))));
   }
 
   history() {

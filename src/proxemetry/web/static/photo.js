@@ -26,6 +26,7 @@ export class PhotoView {
       failed: () => this.noPicture(),
       drawn: () => this.mark(),
       focal: () => this.focal(),
+      calibrate: () => this.calibrate(),
     };
     this.title = html("h1", {});
     this.placeText = html("span", { class: "place" });
@@ -229,6 +230,10 @@ export class PhotoView {
     });
   }
 
+  calibrate() {
+    location.hash = `#/calibrate/${this.fields.id}?${api.searchOf(this.query)}`;
+  }
+
   async note() {
     const text = await askText("Note on this photo", "Note", this.fields.note ?? "", "Save");
     if (text !== null) await this.act("note", { text }, text ? "Note saved" : "Note removed");
@@ -353,7 +358,7 @@ export class PhotoView {
       ArrowRight: () => this.go(1), j: () => this.go(1), ArrowLeft: () => this.go(-1), k: () => this.go(-1),
       Enter: () => this.checked(), g: () => (location.hash = `#/?${api.searchOf(this.query)}`),
       x: () => this.remove(), Delete: () => this.remove(), a: () => this.beginAdding(), b: () => this.size(), o: () => this.floor(),
-      f: () => this.focal(), e: () => this.exclude(), n: () => this.note(), u: () => this.undo(), p: () => this.toggle("allPairs"),
+      f: () => this.focal(), c: () => this.fields.status !== "failed" && this.calibrate(), e: () => this.exclude(), n: () => this.note(), u: () => this.undo(), p: () => this.toggle("allPairs"),
       h: () => this.toggle("hidden"), "+": () => this.overlay.zoom(1 / 1.3), "-": () => this.overlay.zoom(1.3), r: () => this.overlay.reset(),
       "]": () => step(1), "[": () => step(-1), ".": () => this.nextJoint(), Escape: () => this.chosen !== null && this.choose(this.chosen),
     };
