@@ -25,6 +25,10 @@ def homography(source: FloatArray, target: FloatArray) -> FloatArray:
     """
     a, from_source = _normalised(source)
     b, from_target = _normalised(target)
+    for points in (a, b):
+        spread = np.linalg.svd(points, compute_uv=False)
+        if spread[1] < _LEAST_RANK * spread[0]:
+            raise CameraError(f"the points tell no camera: {_ON_A_LINE}")
     plain = np.column_stack([a, np.ones(len(a))])
     across = np.column_stack([plain, 0 * plain, -b[:, :1] * plain])
     system = np.concatenate([across, np.column_stack([0 * plain, plain, -b[:, 1:] * plain])])

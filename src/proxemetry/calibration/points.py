@@ -30,6 +30,8 @@ _TYPICAL_FIELD_RAD = math.radians(60.0)
 #: Angles (radians), log height and places (metres) that nothing determines: a camera straight above has no roll of its
 #: own.
 _ANYWHERE = 100.0
+#: A camera that looks down more steeply has no horizon worth the name, and no upper side of its pictures.
+_STEEP_RAD = math.radians(60.0)
 #: Of a height or a focal length against its start: what a step of the search may not go beyond.
 _MOST_LOG = 30.0
 #: A point that misses by more standard deviations than this is named.
@@ -166,7 +168,8 @@ def from_homography(
 ) -> PointsFit:  # fmt: skip
     """Return the mount behind a homography (3, 3) from pixels to metres: as four points of the picture give it.
 
-    Raises CameraError where less than a third of the picture lies below the homography's horizon.
+    Raises CameraError where less than a third of the picture lies below the homography's horizon, or the horizon lies
+    below the floor.
     """
     w, h = camera.width, camera.height
     grid = np.stack(np.meshgrid(np.linspace(0.1, 0.9, 17) * w, np.linspace(0.1, 0.95, 18) * h), axis=-1).reshape(-1, 2)
@@ -182,6 +185,10 @@ def from_homography(
     floor = np.column_stack([corners, np.ones(4)]) @ px_to_floor.T
     points = FloorPoints(corners, floor[:, :2] / floor[:, 2:], click_sd_px, tape_sd_m)
     fit = from_points(points, camera, focal_known=focal_known)
+    if math.cos(fit.mount.roll_rad) < 0 and fit.mount.pitch_rad < _STEEP_RAD:
+        raise CameraError(
+            "the homography's horizon runs through the lower part of the picture, or below it: upside down?"
+        )
     return replace(fit, mount=replace(fit.mount, source="homography"))
 
 
@@ -231,7 +238,10 @@ def _user(mount: Mount, floor_m: FloatArray) -> FloatArray:
 
 def _with_covariance(mount: Mount, normal: FloatArray, spread: float, count: int, focal_sd: float) -> Mount:
     """Return the mount with the pitch, roll, height and focal length of its normal equations."""
-    covariance = np.linalg.inv(normal + np.diag([_ANYWHERE**-2] * 6 + [0.0] * 3)) * spread**2
+    try:
+        covariance = np.linalg.inv(normal + np.diag([_ANYWHERE**-2] * 6 + [0.0] * 3)) * spread**2
+    except np.linalg.LinAlgError as error:
+        raise CameraError("the points tell no camera: take points that span an area, well below the horizon") from error
     which, scale = np.array([0, 1, 2, 6]), np.array([1.0, 1.0, 1.0, focal_sd])
     block = covariance[np.ix_(which, which)] * scale * scale[:, None]
     # Straight above, roll and heading are one: an angle that is off by more than half a turn is anywhere.
