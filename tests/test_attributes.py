@@ -26,6 +26,7 @@ from proxemetry.people.attributes import (
     most_frequent,
 )
 from proxemetry.people.skeleton import COCO_17
+from proxemetry.pose.formats import read
 from proxemetry.scene import Scene
 from proxemetry.tables import PREFIX, TABLES, rows
 from synthetic.scenes import Recipe, scenes
@@ -198,6 +199,21 @@ def test_frames_scenes_and_exports_have_them_too(folder, capsys):
     assert frame["attr_mask"][0] == "no"
     odd = [name for name, label in meta.column_names_to_labels.items() if "=1+1" in label]
     assert odd[0].startswith("attribute_") and frame[odd[0]][0] == "@x"
+
+
+def test_what_a_recording_said_goes_out_and_comes_back(tmp_path):
+    _write_keypoints(tmp_path / "people.json")
+    content = json.loads((tmp_path / "people.json").read_text())
+    content["images"][0]["people"][0] |= {"depth_m": 4.5, "depth_sd_m": 0.2}
+    (tmp_path / "people.json").write_text(json.dumps(content))
+    out = tmp_path / "out"
+    assert main(["measure", "--pose", f"recorded:{tmp_path / 'people.json'}", "--out", str(out), "--jobs", "0"]) == 0
+    assert main(["export", str(out), "--format", "coco"]) == 0
+    before, after = read(tmp_path / "people.json").photos, read(out / "coco_keypoints.json").photos
+    for one, other in zip(before, after, strict=True):
+        assert one.people.attributes == other.people.attributes
+        np.testing.assert_array_equal(one.people.depth_m, other.people.depth_m)
+    assert before[0].people.depth_m[0] == 4.5
 
 
 def test_workbooks_have_them_and_run_nothing(folder):

@@ -39,10 +39,17 @@ def _flat(x: float, joints: int = 17) -> list[float]:
     return [value for row in _person(x, joints=joints) for value in row]
 
 
+#: What a recorded person may carry besides.
+_SAID: dict[str, Any] = {
+    "depth_m": 5.9, "depth_sd_m": 0.1, "attributes": {"mask": "no", "age": 30, "tags": ["a", {"b": None}]},
+}  # fmt: skip
+
+
 def _own() -> Any:
     camera = {"fx": 700, "fy": 700, "cx": 320, "cy": 240, "k1": -0.05}
-    people = [{"keypoints": _person(x), "box": [x - 40, 140, x + 40, 350], "score": 0.9} for x in (150, 320, 500)]
-    people[0] |= {"depth_m": 4.0, "depth_sd_m": 0.1, "attributes": {"mask": "no", "group": 3}}
+    people = [
+        {"keypoints": _person(x), "box": [x - 40, 140, x + 40, 350], "score": 0.9, **_SAID} for x in (150, 320, 500)
+    ]
     images = [{"filename": n, "width": WIDTH, "height": HEIGHT, "camera": camera, "people": people} for n in _NAMES]
     return {"skeleton": "coco17", "images": images}
 
@@ -51,7 +58,15 @@ def _coco_annotations() -> Any:
     images = [{"id": k + 1, "file_name": n, "width": WIDTH, "height": HEIGHT} for k, n in enumerate(_NAMES)]
     marked = [v if k % 3 != 2 else 2 for k, v in enumerate(_flat(150))]
     annotations = [
-        {"id": 1, "image_id": 1, "category_id": 1, "keypoints": marked, "bbox": [110, 140, 80, 210], "iscrowd": 0},
+        {
+            "id": 1,
+            "image_id": 1,
+            "category_id": 1,
+            "keypoints": marked,
+            "bbox": [110, 140, 80, 210],
+            "iscrowd": 0,
+            **_SAID,
+        },
         {"id": 2, "image_id": 1, "category_id": 1, "keypoints": _flat(400), "score": 0.8},
     ]
     return {"images": images, "annotations": annotations, "categories": [{"id": 1, "name": "person"}]}

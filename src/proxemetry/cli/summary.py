@@ -61,7 +61,10 @@ def run(args: argparse.Namespace) -> int:
         print(textwrap.fill(methods_paragraph(results.run, results.folder, PairsWhere.parsed(args.pairs_where)), 100))
         return DONE
     by = [name.strip() for text in args.by for name in text.split(",") if name.strip()]
-    summary = summarise(results, by, distinct=args.distinct, where=PairsWhere.parsed(args.pairs_where))
+    where = PairsWhere.parsed(args.pairs_where)
+    summary = summarise(results, by, distinct=args.distinct, where=where)
+    if where is not None and args.csv != "-":
+        print(f"only people recorded as {where} count, and pairs of two such people")
     if args.csv == "-":
         _write_csv(summary, sys.stdout)
     else:

@@ -208,6 +208,15 @@ def _annotations(results: Results) -> Iterator[dict[str, Any]]:
             yield {"id": identity, "image_id": number, "category_id": 1, **_annotation(scene, person)}
 
 
+def _carried(scene: Scene, person: int) -> dict[str, Any]:
+    """Return what the recording said of a person besides, as recordings spell it."""
+    found: dict[str, Any] = {}
+    people = scene.people
+    if math.isfinite(people.depth_m[person]):
+        found = {"depth_m": float(people.depth_m[person]), "depth_sd_m": float(people.depth_sd_m[person])}
+    return {**found, "attributes": dict(people.attributes[person])} if people.attributes[person] else found
+
+
 def _annotation(scene: Scene, person: int) -> dict[str, Any]:
     keypoints: list[float] = []
     scores: list[float] = []
@@ -218,6 +227,7 @@ def _annotation(scene: Scene, person: int) -> dict[str, Any]:
         scores.append(round(float(scene.people.joint_score(joint)[person]), 4))
     x0, y0, x1, y1 = (float(v) if math.isfinite(v) else 0.0 for v in scene.people.boxes_px[person])
     return {
+        **_carried(scene, person),
         "keypoints": keypoints,
         "keypoint_scores": scores,
         "num_keypoints": sum(v > 0 for v in keypoints[2::3]),
