@@ -7,10 +7,7 @@ from dataclasses import replace
 from ..camera import Camera
 from ..camera.focal import FocalRequest, estimate_camera
 from ..photo import Photo
-from .points import open_camera
-
-#: How well the principal point of a camera is known that nobody calibrated, of the picture's long side.
-PRINCIPAL_REL_SD = 0.01
+from .points import PRINCIPAL_REL_SD, open_camera
 
 
 def lens_of(photo: Photo, request: FocalRequest) -> tuple[Camera, bool]:

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..calibration.points import CLICK_SD_PX, PRINCIPAL_REL_SD, TAPE_SD_M
+from ..calibration.points import CLICK_SD_PX, TAPE_SD_M
 from ..camera import Camera, Mount
 from ..camera.focal import FocalRequest
 from ..camera.mount import STATED_ANGLE_SD_RAD
