@@ -78,7 +78,6 @@ FIGURES = {
         ("README.md", r"each frame by itself \| [\d.]+ %, (\d+) %"),
         ("docs/limits.md", r"mostly too far, and intervals hold (\d+) %"),
         ("docs/modelcard.md", r"and (\d+) % under a camera on a\s+mast"),
-        ("README.md", r"small build, (\d+) % for a camera on a mast"),
     ],
     "a mast, from people": [
         ("docs/fixed_cameras.md", r"people of 200 frames, focal length known \| ([\d.]+) %"),
