@@ -27,7 +27,7 @@ from .changed_files import FileScan
 from .joining import join, settings_of
 from .manifest_update import ManifestUpdate
 from .schedule import Note, Pass, Progress, Schedule
-from .shoots import pool_of
+from .shoots import LEAST_PHOTOS, pool_of
 from .work import Job
 from .workers import InlineWorker, WorkerPool
 
@@ -153,6 +153,10 @@ def _told_by_others(schedule: Schedule, listed: Manifest) -> None:
             again.run(shards)
     for _, shoot in sorted(pool.shoots.items()):
         schedule.on_progress(Note(shoot.said))
+    if settings.same_camera and not pool.shoots:
+        schedule.on_progress(Note(
+            f"--same-camera told nothing: no {LEAST_PHOTOS} photos of one size show people and lack a focal length"
+        ))  # fmt: skip
 
 
 def _sweep(folder: Folder) -> None:
