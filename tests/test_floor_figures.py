@@ -164,6 +164,12 @@ def test_figures_colour_by_who_is_near_and_say_how_probable_it_is():
     patches = [p for p in figure.axes[0].patches if isinstance(p, Polygon)]
     assert [to_hex(p.get_facecolor()).upper() for p in patches] == [PERHAPS, PERHAPS, TOUCHING, TOUCHING]
     assert {"100 %"} <= set(_texts(figure)) and len([t for t in _texts(figure) if t.endswith(" %")]) == 2
+    # as wide as the limit, so that two touch where they are nearer
+    level = Level.of(scene)
+    assert level is not None
+    wanted = level.circles_px(ground_positions(scene.bodies)[0], 1.0)
+    drawn = [line.get_xydata() for line in figure.axes[0].lines if len(line.get_xydata()) == wanted.shape[1]]
+    assert all(np.abs(wanted - outline).max(axis=(1, 2)).min() < 1e-6 for outline in drawn) and len(drawn) == 4
     narrow = circles(scene, None, within_m=0.5)
     assert {to_hex(p.get_facecolor()).upper() for p in narrow.axes[0].patches} == {APART}
     flat = birds_eye(scene, None, within_m=2.0)
