@@ -10,6 +10,7 @@ from proxemetry.archive.review.corrections import Action, Log
 from proxemetry.archive.store.folder import Folder
 from proxemetry.calibration.drone import from_subtitles
 from proxemetry.calibration.points import FloorPoints, from_points, open_camera
+from proxemetry.camera import Mount
 from proxemetry.clip.boxes import Boxes
 from proxemetry.clip.frames import open_clip
 from proxemetry.clip.run import read_region, read_run
@@ -86,6 +87,13 @@ def test_points_far_from_any_picture_and_near_the_horizon_end_in_one_line() -> N
         seen = np.array([(100, 300), (540, 300 - far), (40, 440), (600, 440)])
         with pytest.raises(CameraError):
             from_points(FloorPoints(seen, floor), open_camera(640, 480), focal_known=False)
+
+
+@pytest.mark.parametrize("height_m", [1e-308, 1e-3, 0.0, -2.0, 1e6])
+def test_a_height_that_no_camera_has_is_one_line(height_m: float) -> None:
+    with pytest.raises(CameraError, match="mount height"):
+        Mount.stated(0.3, 0.0, height_m)
+    assert Mount.stated(0.3, 0.0, 0.02).height_m == 0.02
 
 
 def test_a_drones_subtitles_with_broken_numbers_are_read_or_refused(tmp_path: Path) -> None:

@@ -35,8 +35,9 @@ STATED_HEIGHT_REL_SD = 0.03
 
 _N = len(UNKNOWNS)
 _PARTS = ("pitch_rad", "roll_rad", "height_m")
-#: What no camera is above, metres (an airliner flies at ten thousand), and what no angle or logarithm is uncertain by.
-_HIGHEST_M, _LARGEST_SD = 1e5, 10.0
+#: Heights that no camera is below or above, metres (an airliner flies at ten thousand), and what no angle or logarithm
+#: is uncertain by.
+_LOWEST_M, _HIGHEST_M, _LARGEST_SD = 0.01, 1e5, 10.0
 _NOTHING = ((math.nan,) * _N,) * _N
 
 
@@ -71,7 +72,7 @@ class Mount:
             object.__setattr__(self, name, math.nan if math.isnan(value) else value)
         if self.height_m <= 0:
             raise CameraError(f"mount height is {self.height_m:g} m: the camera must be above the floor")
-        if self.height_m > _HIGHEST_M or abs(self.roll_rad) > math.radians(360):
+        if self.height_m < _LOWEST_M or self.height_m > _HIGHEST_M or abs(self.roll_rad) > math.radians(360):
             raise CameraError(
                 f"mount height is {self.height_m:g} m, roll {self.roll_rad:g} rad: no camera is so placed"
             )
