@@ -7,8 +7,7 @@ import platform
 
 from .. import weights
 from ..errors import ModelError, SettingsError
-from ..pose import BACKENDS, is_available
-from ..pose.default_eyes import EYES, recorded
+from ..pose import BACKENDS, default_eyes, is_available
 from ..version import __version__
 
 #: What a package is for, the package, and the extra that brings it.
@@ -45,17 +44,17 @@ def _networks() -> list[str]:
 def _eyes() -> list[str]:
     """Return who would find the people, and what of it is not here yet."""
     found: list[str] = []
-    name = recorded()
+    name = default_eyes.recorded()
     if name is None:
-        here = next((eyes for eyes in EYES if is_available(eyes)), None)
-        wanted = BACKENDS[EYES[0]].models
+        here = next((eyes for eyes in default_eyes.EYES if is_available(eyes)), None)
+        wanted = BACKENDS[default_eyes.EYES[0]].models
         absent = [model for model in wanted if not weights.is_here(model)]
         if absent:
             found.append(
                 f"not here yet: {', '.join(absent)}; `proxemetry models fetch` gets them (needs the network once)"
             )
         if here is None:
-            return [*found, f"people would be found by: {EYES[0]}, once its networks are here"]
+            return [*found, f"people would be found by: {default_eyes.EYES[0]}, once its networks are here"]
         return [*found, f"people would be found by: {here}, until `proxemetry models fetch` gets better"]
     absent = [model for model in BACKENDS[name].models if not weights.is_here(model)]
     if absent:
