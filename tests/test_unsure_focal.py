@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from proxemetry.distances import measure_distances
-from proxemetry.locate import LocateSettings, method_named
+from proxemetry.locate import LocateSettings, method_named, unsure_focal
 from proxemetry.locate.scenefit import locate as fitted
 from proxemetry.locate.unsure_focal import PITCHED_RAD, UNSURE_SD, locate
 from synthetic.scenes import Recipe, SyntheticPhoto, scenes
@@ -43,6 +43,20 @@ def test_depth_is_as_uncertain_as_the_focal_length(level: SyntheticPhoto, factor
         for i, a in enumerate(level.owners) for j, b in enumerate(level.owners[:i])
     ]  # fmt: skip
     assert np.mean(held) >= 0.7
+
+
+def test_the_focal_lengths_stand_for_a_normal_distribution() -> None:
+    z, weight = np.array(unsure_focal._NODES).T
+    assert [float((weight * z**k).sum()) for k in range(6)] == pytest.approx([1, 0, 1, 0, 3, 0])
+
+
+def test_the_covariance_is_that_of_all_explanations_together(level: SyntheticPhoto) -> None:
+    bodies = locate(level.people, replace(level.camera, focal_rel_sd=0.5), LocateSettings())
+    about = np.array([(mode.positions_m - bodies.positions_m).ravel() for mode in bodies.modes])
+    within = sum(mode.weight * mode.covariance_m2 for mode in bodies.modes)
+    between = np.einsum("k,ki,kj->ij", [mode.weight for mode in bodies.modes], about, about)
+    np.testing.assert_allclose(bodies.covariance_m2, within + between)
+    assert np.trace(between) > np.trace(within)  # the focal length is most of what a level photo does not tell
 
 
 def test_the_order_of_people_does_not_matter(level: SyntheticPhoto) -> None:
