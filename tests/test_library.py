@@ -2,6 +2,7 @@
 
 import dataclasses
 import json
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -12,6 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import proxemetry as px
+from proxemetry.archive.run.caller_script import defines_backend, script_left_out
 from proxemetry.errors import CameraError, KeypointsError, OutputError, PhotoError, SettingsError
 from proxemetry.locate import METHODS
 from proxemetry.measure import place
@@ -285,3 +287,95 @@ def test_every_name_is_there_and_importing_alone_loads_nothing():
     program = "import sys, proxemetry; print('numpy' in sys.modules)"
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "False"
+
+
+@pytest.mark.parametrize("part", ["bodies", "distances", "proxemics", "people"])
+def test_no_array_of_a_scene_is_edited_in_place(scene, part):
+    value = getattr(scene, part)
+    arrays = {name: array for name, array in vars(value).items() if isinstance(array, np.ndarray) and array.size}
+    assert arrays
+    for name, array in arrays.items():
+        with pytest.raises(ValueError, match="read-only"):
+            array[...] = array
+        assert not array.flags.writeable, name
+
+
+def test_what_a_value_was_made_of_stays_open_to_its_owner(scene):
+    mine = scene.distances.distance_m.copy()
+    made = dataclasses.replace(scene.distances, distance_m=mine)
+    assert mine.flags.writeable
+    assert not made.distance_m.flags.writeable
+
+
+@pytest.mark.parametrize(
+    ("stated", "said"),
+    [
+        ({"undistort": "no"}, "True or False"),
+        ({"lines": 1}, "True or False"),
+        ({"focal": {"focal_px": 900}}, "focal must be a FocalRequest"),
+        ({"focal": None}, "focal must be a FocalRequest"),
+        ({"locate": "women"}, "locate must be a LocateSettings"),
+        ({"mount": "camera.json"}, "Mount.read"),
+    ],
+)
+def test_settings_of_another_kind_do_not_pass_for_the_default(stated, said):
+    with pytest.raises(px.ProxemetryError, match=said):
+        px.Settings(**stated)
+
+
+def test_an_array_s_truth_is_a_setting():
+    assert px.Settings(undistort=np.bool_(False)).undistort is False
+
+
+@pytest.mark.parametrize("given_", [{"settings": {}}, {"mount": "camera.json"}, {"mount": Path("camera.json")}])
+def test_an_empty_or_foreign_argument_is_not_the_default(scene, given_):
+    with pytest.raises(px.ProxemetryError, match="must be a"):
+        px.measure(np.zeros((30, 40, 3), dtype=np.uint8), pose=lambda pixels: scene.people, focal_px=40, **given_)
+
+
+@pytest.mark.parametrize("points", [[3.0], 3.0, [1.0, 2.0, 3.0, 4.0], [[1.0], [2.0]]])
+def test_points_of_another_shape_are_not_spread_over_the_axes(points):
+    camera = px.Camera.centred(1000, 640, 480)
+    bent = dataclasses.replace(camera, distortion=(0.1, 0.0, 0.0, 0.0, 0.0))
+    for call in (camera.project, camera.rays, camera.undistorted, bent.undistorted):
+        with pytest.raises(px.ProxemetryError, match="must have shape"):
+            call(points)
+
+
+def test_a_function_is_no_pose_for_many_processes(tmp_path):
+    with pytest.raises(px.ProxemetryError, match="python:MODULE:FUNCTION"):
+        px.measure_folder(tmp_path, tmp_path / "results", pose=lambda pixels: None)  # type: ignore[arg-type]
+
+
+_SCRIPT = """
+import sys
+import proxemetry as px
+print("the script runs")
+tables = px.measure_folder(sys.argv[1], "results", pose="recorded:" + sys.argv[1].replace(".jpg", ".json"), jobs=2)
+print(len(tables.pairs), "pairs")
+"""
+
+
+def test_a_script_that_measures_a_folder_runs_once(tmp_path):
+    """Workers are spawned: a script without `if __name__ == "__main__":` would start itself again in each."""
+    pytest.importorskip("pandas")
+    (tmp_path / "script.py").write_text(_SCRIPT)
+    done = subprocess.run(
+        [sys.executable, "script.py", str(PLAZA)], cwd=tmp_path, capture_output=True, text=True, timeout=120,
+        check=False, env={**os.environ, "PYTHONPATH": str(Path(px.__file__).parents[1])},
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert done.stdout == "the script runs\n15 pairs\n"
+    assert not done.stderr
+
+
+def test_a_back_end_defined_in_the_script_needs_the_script():
+    assert defines_backend("python:__main__:find")
+    assert defines_backend("cross-check:blazepose+python:__main__:find")
+    assert not defines_backend("recorded:keypoints.json")
+    with script_left_out(needed=True):
+        assert sys.modules["__main__"].__spec__ is not None or hasattr(sys.modules["__main__"], "__file__")
+    script = sys.modules["__main__"]
+    with script_left_out():
+        assert not hasattr(sys.modules["__main__"], "__file__")
+    assert sys.modules["__main__"] is script

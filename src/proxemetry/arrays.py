@@ -13,6 +13,18 @@ RGBArray = NDArray[np.uint8]
 SingleArray = NDArray[np.float32]
 
 
+def freeze(value: object) -> None:
+    """Make the arrays of a frozen value's fields read-only: what others hold as well is not edited in place.
+
+    The value gets views of its own, so that the arrays that it was made of stay as they are.
+    """
+    for name, array in vars(value).items():
+        if isinstance(array, np.ndarray):
+            view = array.view()
+            view.setflags(write=False)
+            object.__setattr__(value, name, view)
+
+
 def nan_if_none(value: float | None) -> float:
     """Return a missing number of a table or of JSON as arrays have it."""
     return float("nan") if value is None else float(value)

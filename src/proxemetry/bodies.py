@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .arrays import FloatArray
+from .arrays import FloatArray, freeze
 
 #: People contradict a camera's stated place where they put it further off than this many standard deviations, theirs
 #: and the place's together: by chance in one photo of a thousand, if both were as normal as stated.
@@ -61,6 +61,9 @@ class Mode:
     weight: float
     positions_m: FloatArray
     covariance_m2: FloatArray
+
+    def __post_init__(self) -> None:
+        freeze(self)
 
 
 def _nothing() -> FloatArray:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from .arrays import FloatArray
+from .arrays import FloatArray, freeze
 from .bodies import Bodies
 from .draws import blocks, pair_covariance, pairs_within, spread_out, standard_normal
 from .formations import group_probability
@@ -58,6 +58,9 @@ class Distances:
     group_probability: FloatArray
     on_ground: bool
     reach_m: float | None = None
+
+    def __post_init__(self) -> None:
+        freeze(self)
 
     def __len__(self) -> int:
         return len(self.distance_m)

@@ -56,7 +56,7 @@ def measure(
     photos, an AssumedFocalWarning and its mark; with `FocalRequest(assume=False)` its scene lists the people alone.
     """
     started = time.perf_counter()
-    settings = _checked_settings(settings or Settings())
+    settings = _checked_settings(Settings() if settings is None else settings)
     stated = FocalRequest(focal_mm=focal_mm, focal_35mm=focal_35mm, focal_px=focal_px, sensor_mm=sensor_mm)
     if stated != FocalRequest():
         if camera is not None:
@@ -66,7 +66,7 @@ def measure(
         settings,
         method=method or settings.method,
         focal=camera if isinstance(camera, FocalRequest) else settings.focal,
-        mount=mount or settings.mount,
+        mount=settings.mount if mount is None else mount,
     )
     if not isinstance(cast(object, camera), Camera | CameraEstimate | FocalRequest | None):
         raise SettingsError(f"camera must be a Camera, a CameraEstimate or a FocalRequest, not {camera!r:.40}")

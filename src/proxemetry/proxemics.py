@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from .arrays import FloatArray, IntArray
+from .arrays import FloatArray, IntArray, freeze
 from .bodies import Bodies
 from .camera import Camera
 from .distances import UNCERTAIN, Distances, ground_frame, shortest_intervals
@@ -75,6 +75,9 @@ class Proxemics:
     group: IntArray
     group_size: IntArray
     orientation_probability: FloatArray
+
+    def __post_init__(self) -> None:
+        freeze(self)
 
     def orientation(self, a: int, b: int) -> str | None:
         """Return the likeliest of `ORIENTATIONS`, "uncertain" where none is likelier than not, None where unknown."""

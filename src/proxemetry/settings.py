@@ -45,10 +45,27 @@ class Settings:
     same_camera: bool = False
 
     def __post_init__(self) -> None:
+        self._check_kinds()
         if self.method not in METHODS:
             raise SettingsError(f"method {self.method!r} is unknown: use one of {', '.join(METHODS)}")
         if self.mount is not None and self.mount.camera is not None and self.focal.states_focal:
             raise SettingsError("the mount has a focal length of its own: leave out what else is stated of it")
+
+    def _check_kinds(self) -> None:
+        """Refuse values of another kind: undistort="no" would mean yes, focal={...} nothing."""
+        kinds = {
+            "locate": (LocateSettings, "a LocateSettings"),
+            "focal": (FocalRequest, "a FocalRequest"),
+            "mount": (Mount | None, "a Mount, as Mount.read(FILE) gives one"),
+        }
+        for name, (kind, wanted) in kinds.items():
+            if not isinstance(getattr(self, name), kind):
+                raise SettingsError(f"settings: {name} must be {wanted}, not {getattr(self, name)!r:.40}")
+        for name in ("undistort", "lines", "drone", "other_photos", "same_camera"):
+            value = getattr(self, name)
+            if not isinstance(value, bool | np.bool_):
+                raise SettingsError(f"settings: {name} is {value!r:.40}: it must be True or False")
+            object.__setattr__(self, name, bool(value))
 
     @cached_property
     def without_table(self) -> Settings:

@@ -125,24 +125,30 @@ class Camera:
     def project(self, points_m: ArrayLike) -> FloatArray:
         """Project points of shape (..., 3) in the camera frame, metres, to pixels of shape (..., 2).
 
-        Points behind the camera come back as NaN, so that row i stays row i.
+        Points behind the camera come back as NaN, so that row i stays row i. Raises CameraError for another shape.
         """
-        points = np.asarray(points_m, dtype=float)
+        points = _of_length(points_m, 3)
         depth = np.where(points[..., 2] > 0, points[..., 2], np.nan)
         ideal = points[..., :2] / depth[..., None]
         return self._pixels(_distort(ideal, self.distortion))
 
     def rays(self, points_px: ArrayLike) -> FloatArray:
-        """Return the rays (x, y, 1) of shape (..., 3) through pixels of shape (..., 2), lens distortion undone."""
-        pixels = np.asarray(points_px, dtype=float)
+        """Return the rays (x, y, 1) of shape (..., 3) through pixels of shape (..., 2), lens distortion undone.
+
+        Raises CameraError for another shape.
+        """
+        pixels = _of_length(points_px, 2)
         bent = (pixels - (self.cx, self.cy)) / (self.fx, self.fy)
         ideal = _undistort(bent, self.distortion)
         return np.concatenate([ideal, np.ones_like(ideal[..., :1])], axis=-1)
 
     def undistorted(self, points_px: ArrayLike) -> FloatArray:
-        """Return pixels of shape (..., 2) moved to where a lens without distortion would have put them."""
+        """Return pixels of shape (..., 2) moved to where a lens without distortion would have put them.
+
+        Raises CameraError for another shape.
+        """
         if self.distortion == NO_DISTORTION:
-            return np.array(points_px, dtype=float)
+            return _of_length(points_px, 2).copy()
         return self._pixels(self.rays(points_px)[..., :2])
 
     def without_distortion(self) -> Camera:
@@ -169,6 +175,14 @@ def _as_number(name: str, value: object) -> float:
     if array.shape or array.dtype.kind not in "iuf":
         raise CameraError(f"camera {name} is {value!r:.40}: it must be a number")
     return array.item()
+
+
+def _of_length(points: ArrayLike, length: int) -> FloatArray:
+    """Return points as an array of shape (..., length): numpy would spread a single number over all axes."""
+    array = np.asarray(points, dtype=float)
+    if not array.ndim or array.shape[-1] != length:
+        raise CameraError(f"points must have shape (..., {length}), not {array.shape}")
+    return array
 
 
 def _distort(ideal: FloatArray, distortion: tuple[float, float, float, float, float]) -> FloatArray:

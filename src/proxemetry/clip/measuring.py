@@ -15,6 +15,7 @@ from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass, field, replace
 from typing import Any
 
+from ..archive.run.caller_script import defines_backend
 from ..archive.run.interrupts import WorkerProcesses
 from ..archive.run.schedule import Note, Progress
 from ..archive.store import parts
@@ -199,7 +200,7 @@ def _records(frames: Iterator[Frame], job: Job, jobs: int, notes: list[str]) -> 
 
 
 def _pool(job: Job, jobs: int) -> ProcessPoolExecutor:
-    return WorkerProcesses(jobs, _begin, job)
+    return WorkerProcesses(jobs, _begin, job, script_needed=defines_backend(job.pose))
 
 
 _worker: Worker | None = None

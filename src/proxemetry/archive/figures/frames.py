@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 from ...errors import SettingsError
 from ...scene import Scene
@@ -86,6 +86,11 @@ def measure_folder(
     processes, one a core where None; 0 measures in this process. Raises what `proxemetry.archive.run.run.run` raises.
     """
     named = [photos] if isinstance(photos, str | Path) else photos
+    if not isinstance(cast(object, pose), str):
+        raise SettingsError(
+            "pose must be a back end's name: worker processes load it anew; a function of your own is named "
+            "python:MODULE:FUNCTION"
+        )
     told = settings or Settings()
     job = Job(str(out), pose, settings=replace(told, same_camera=same_camera or told.same_camera))
     run([str(photo) for photo in named], job, jobs=jobs, restart=restart, on_progress=on_progress)

@@ -10,6 +10,8 @@ from contextlib import contextmanager
 from multiprocessing import resource_tracker
 from typing import Any
 
+from .caller_script import script_left_out
+
 
 @contextmanager
 def held_interrupts() -> Generator[None]:
@@ -31,12 +33,18 @@ def held_interrupts() -> Generator[None]:
 
 
 class WorkerProcesses(ProcessPoolExecutor):
-    """Processes of their own interpreter that leave Ctrl-C to the one that started them."""
+    """Processes of their own interpreter that leave Ctrl-C to the one that started them, and its script alone.
 
-    def __init__(self, jobs: int, initializer: Callable[..., object] | None = None, *initargs: Any) -> None:
+    script_needed: whether what they do is defined in that script.
+    """
+
+    def __init__(
+        self, jobs: int, initializer: Callable[..., object] | None = None, *initargs: Any, script_needed: bool = False
+    ) -> None:
         super().__init__(jobs, multiprocessing.get_context("spawn"), initializer, initargs)
+        self._script_needed = script_needed
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
         """Give out a task, as `concurrent.futures` has it."""
-        with held_interrupts():
+        with held_interrupts(), script_left_out(self._script_needed):
             return super().submit(fn, *args, **kwargs)

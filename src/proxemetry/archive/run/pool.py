@@ -16,6 +16,7 @@ from multiprocessing.process import BaseProcess
 from typing import Any
 
 from ...errors import ModelError, ProxemetryError
+from .caller_script import defines_backend, script_left_out
 from .interrupts import held_interrupts
 from .work import Finished, Job, Measurer, Task, quiet_threads
 from .workers import Event, PhotoDone, TaskDone, WorkerDied, require_same_networks
@@ -80,7 +81,7 @@ class Pool:
     def _started(self) -> _Worker:
         ours, theirs = self._context.Pipe()
         process = self._context.Process(target=serve, args=(self.job, theirs, bool(self.pose)), daemon=True)
-        with held_interrupts():
+        with held_interrupts(), script_left_out(needed=defines_backend(self.job.pose)):
             process.start()
         theirs.close()
         return _Worker(process, ours)
