@@ -9,19 +9,26 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from proxemetry.bodies import Bodies
 from proxemetry.calibration.drone import from_subtitles, from_xmp
 from proxemetry.calibration.homography import homography, read_homography
 from proxemetry.calibration.identity import linked
 from proxemetry.calibration.lengths import Length, with_lengths
+from proxemetry.calibration.lens import lens_of, with_open_principal
 from proxemetry.calibration.people import Gathered, from_people
 from proxemetry.calibration.points import FloorPoints, from_homography, from_points, open_camera
 from proxemetry.calibration.report import TAKE_POINTS, floor_drawn, lines_of
-from proxemetry.camera import Camera, FloorFrame, Mount
+from proxemetry.camera import Camera, CameraEstimate, FloorFrame, FocalSource, Mount, Source
 from proxemetry.camera.floor_view import horizon, reach, to_floor, to_pixels
+from proxemetry.camera.focal import FocalRequest
 from proxemetry.cli import main
+from proxemetry.clip.camera import told_by_people
 from proxemetry.errors import CameraError
+from proxemetry.locate import LocateSettings
 from proxemetry.people import People
 from proxemetry.people.skeleton import COCO_17
+from proxemetry.photo import Photo
+from proxemetry.scene import Scene
 from synthetic.modelled import photo
 
 CAMERA = Camera.centred(1190.0, 768, 576)
@@ -352,3 +359,45 @@ def test_the_command_takes_recorded_people(tmp_path, capsys):
     assert main(told) == 0
     assert Mount.read(out).height_m == pytest.approx(5.0, rel=0.1)
     assert "only 24 different people" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("request_", "focal_px", "sd"),
+    [
+        (FocalRequest(focal_px=900.0), 900.0, 0.0),
+        (FocalRequest(focal_35mm=30.0), 30.0 * math.hypot(640, 480) / math.hypot(36, 24), 0.1),
+        (FocalRequest(assume_fov_deg=60.0), 320.0 / math.tan(math.radians(30.0)), 0.2),
+    ],
+)
+def test_what_the_user_states_of_the_lens_is_known_as_well_as_stated(request_, focal_px, sd):
+    """A 35 mm equivalent for all photos is marked as a guess; nothing stated is another thing."""
+    lens, known = lens_of(Photo("frame.jpg", 640, 480, ""), request_)
+    assert known
+    assert lens.f_px == pytest.approx(focal_px) and lens.focal_rel_sd == pytest.approx(sd)
+
+
+def test_a_lens_that_nothing_tells_is_open():
+    lens, known = lens_of(Photo("frame.jpg", 640, 480, ""), FocalRequest())
+    assert not known and lens == with_open_principal(open_camera(640, 480))
+
+
+def test_a_stated_equivalent_goes_into_the_mount(tmp_path):
+    out = tmp_path / "camera.json"
+    command = ["calibrate", "--size", "640x480", "--height-m", "3", "--pitch-deg", "20", "--out", str(out)]
+    assert main([*command, "--focal-35mm", "30"]) == 0
+    assert Mount.read(out).camera.f_px == pytest.approx(30.0 * 800 / math.hypot(36, 24))
+    assert main(command) == 0
+    assert Mount.read(out).camera is None
+
+
+@pytest.mark.parametrize("kind", [FocalSource.ASSUMED_EQUIVALENT, FocalSource.ASSUMED_FOV, FocalSource.ASSUMED_PRIOR])
+def test_a_clips_people_weigh_what_is_stated_of_the_lens(kind):
+    lens = replace(LENS, focal_rel_sd=0.1, source=Source(kind, "26 mm"))
+    scenes = []
+    for seed in range(3):
+        people, _ = photo(seed, pitch=0.3, height_m=5.0, depths_m=(7, 18), camera=LENS)
+        unplaced = Bodies.unplaced(len(people), "scene", "not yet")
+        scenes.append(Scene(f"{seed}", "", 1920, 1080, "ok", None, CameraEstimate(lens), people, unplaced))
+    found = told_by_people([([scene], [0.0]) for scene in scenes], None, LocateSettings())
+    stays = found.camera.source.kind is kind
+    assert stays == (kind is not FocalSource.ASSUMED_PRIOR)

@@ -45,6 +45,10 @@ class ModelError(ProxemetryError):
     """A network's file is absent, damaged or may not be fetched."""
 
 
+class CacheError(ModelError):
+    """Networks cannot be kept anywhere: no folder for them can be written."""
+
+
 class LabelsError(ProxemetryError):
     """A benchmark's label or prediction file is malformed."""
 

@@ -1,4 +1,7 @@
-"""The lens of a picture that a camera is calibrated on: as stated, as its file tells, or open."""
+"""The lens of a picture that a camera is calibrated on: as stated, as its file tells, or open.
+
+What the user states for all photos (`--focal-35mm`, `--assume-fov`) is rough, and known within its standard deviation.
+"""
 
 from __future__ import annotations
 
@@ -11,11 +14,10 @@ from .points import PRINCIPAL_REL_SD, open_camera
 
 
 def lens_of(photo: Photo, request: FocalRequest) -> tuple[Camera, bool]:
-    """Return the lens of a photo, and whether its focal length is known; it is open where it would be assumed."""
-    estimate = estimate_camera(photo, request)
-    known = estimate.camera is not None and not estimate.is_assumed
-    camera = estimate.camera if known and estimate.camera else open_camera(photo.width, photo.height)
-    return with_open_principal(camera), known
+    """Return the lens of a photo, and whether its focal length is known; it is open where nothing tells it."""
+    camera = estimate_camera(photo, request).camera
+    known = camera is not None
+    return with_open_principal(camera or open_camera(photo.width, photo.height)), known
 
 
 def with_open_principal(camera: Camera) -> Camera:

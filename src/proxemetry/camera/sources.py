@@ -61,6 +61,11 @@ class FocalSource(StrEnum):
         return self in (FocalSource.ASSUMED_EQUIVALENT, FocalSource.ASSUMED_FOV, FocalSource.ASSUMED_PRIOR)
 
     @property
+    def is_evidence(self) -> bool:
+        """Whether it tells of this very camera: a user's rough word does, what published photos are like does not."""
+        return self is not FocalSource.ASSUMED_PRIOR
+
+    @property
     def basis(self) -> FocalBasis:
         """What it rests on, the one of four that counts are made by."""
         if self.is_stated:

@@ -18,7 +18,11 @@ _PACKAGES = (
     ("more pose back ends", "onnxruntime", "onnx"),
     ("HEIC photos", "pi_heif", "heic"),
     ("raw photos", "rawpy", "raw"),
+    ("clips", "av", "video"),
+    ("Excel workbooks", "xlsxwriter", "xlsx"),
     ("SPSS files", "pyreadstat", "spss"),
+    ("SPSS files", "pandas", "spss"),
+    ("data frames", "pandas", "notebook"),
 )
 
 

@@ -61,12 +61,11 @@ def told_by_people(
             gathered.add(scene.people, (met + int(p) for p in persons))
         met += 1 + max((int(p.max()) for p in who if len(p)), default=0)
     camera = estimate.camera if stated is None else stated.camera or estimate.camera
+    known = estimate.source is None or estimate.source.kind.is_evidence
     if camera is None:
         return ClipCamera(None, None, "the focal length is unknown: state it, or a mount that has it")
     try:
-        found = from_people(
-            gathered, camera, focal_known=not estimate.is_assumed, recurring=recurring, settings=settings
-        )
+        found = from_people(gathered, camera, focal_known=known, recurring=recurring, settings=settings)
     except CameraError as error:
         return ClipCamera(None, camera, f"{error}; every frame is measured by itself")
     if found.n_people < _FEWEST_PEOPLE:

@@ -5,6 +5,7 @@ matplotlib is loaded when a figure is asked for, and pyplot never: a figure is a
 
 from __future__ import annotations
 
+import importlib.util
 import os
 import warnings
 from pathlib import Path
@@ -38,6 +39,7 @@ def overlay(scene: Scene, photo: Photo | None, *, faces: str = "show", all_pairs
     """
     if faces not in FACES:
         raise SettingsError(f"faces {faces!r} is unknown: use one of {', '.join(FACES)}")
+    _require_matplotlib()
     from .figure import overlay_figure
 
     return overlay_figure(scene, photo, faces, all_pairs)
@@ -52,6 +54,7 @@ def circles(scene: Scene, photo: Photo | None, *, within_m: float = 2.0, faces: 
     limit that is none.
     """
     _check(faces, within_m)
+    _require_matplotlib()
     from .floor_figures import circles_figure
 
     return circles_figure(scene, photo, within_m, faces)
@@ -64,9 +67,15 @@ def birds_eye(scene: Scene, photo: Photo | None, *, within_m: float = 2.0, faces
     Without a photo, or where no floor was found, the grid alone. Parameters and errors are those of `circles`.
     """
     _check(faces, within_m)
+    _require_matplotlib()
     from .floor_figures import birds_eye_figure
 
     return birds_eye_figure(scene, photo, within_m, faces)
+
+
+def _require_matplotlib() -> None:
+    if importlib.util.find_spec("matplotlib") is None:
+        raise SettingsError("figures need matplotlib: pip install 'proxemetry[plot]'")
 
 
 def _check(faces: str, within_m: float) -> None:
@@ -94,6 +103,7 @@ def photo_of(scene: Scene, photo: Photo | str | Path | None) -> Photo | None:
 
 def plan(scene: Scene, *, all_pairs: bool = False) -> Figure:
     """Return the view from above alone: people with 90 % ellipses and headings, field of view, metre grid."""
+    _require_matplotlib()
     from .figure import plan_figure
 
     return plan_figure(scene, all_pairs)

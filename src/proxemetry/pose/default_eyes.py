@@ -13,7 +13,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from .. import weights
-from ..errors import ModelError, SettingsError
+from ..errors import CacheError, ModelError, SettingsError
 from ..files import read_json
 from ..weights.cache import writable_folder
 from .registry import BACKENDS, is_available
@@ -59,16 +59,18 @@ def choose(*, offline: bool = False, say: Say | None = None, progress: weights.P
 
     say: takes a line for each download, for each back end that cannot be had, and for the choice; without it they go to
     the `proxemetry` logger as warnings. Raises ModelError where none can be had, or where something else than a file
-    lies in the place of a network.
+    lies in the place of a network; CacheError where networks cannot be kept and none are here.
     """
     say = say or _LOG.warning
     why_not: list[str] = []
+    unkept: CacheError | None = None
     for name in EYES:
         here = is_available(name)  # not below: that a folder lies in a network's place is no reason to take others
         try:
             if not here:
                 _have(name, offline=offline or weights.is_offline(), say=say, progress=progress)
         except ModelError as error:
+            unkept = error if isinstance(error, CacheError) else unkept
             why_not.append(f"{name} is not available ({error})")
             continue
         for line in why_not:
@@ -77,7 +79,7 @@ def choose(*, offline: bool = False, say: Say | None = None, progress: weights.P
         say(f"people will be found by {name}, {rank}; another: `--pose NAME`")
         _write_down(name)
         return name
-    raise ModelError("; ".join(why_not))
+    raise unkept or ModelError("; ".join(why_not))  # one cause that all have is told once
 
 
 def _have(name: str, *, offline: bool, say: Say, progress: weights.Progress | None) -> None:

@@ -9,7 +9,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from ..errors import ModelError
+from ..errors import CacheError, ModelError
 from ..files import reason_of, sha256_of
 from .table import Model, model_named
 
@@ -142,7 +142,7 @@ def writable_folder() -> Path:
             continue
         if os.access(folder, os.W_OK):
             return folder
-    raise ModelError(f"{folders_text()}: cannot be written; name a folder that can with PROXEMETRY_CACHE")
+    raise CacheError(f"{folders_text()}: cannot be written; name a folder that can with PROXEMETRY_CACHE")
 
 
 def _record_path(path: Path) -> Path:

@@ -7,7 +7,7 @@ import os
 from collections.abc import Sequence
 
 from ..errors import ModelError
-from .cache import Progress, Say, is_here, locate
+from .cache import Progress, Say, is_here, locate, writable_folder
 from .making import make
 from .packages import CLIENTS, from_package
 from .table import Model, model_named
@@ -19,8 +19,9 @@ _LOG = logging.getLogger("proxemetry")
 def fetch_absent(models: Sequence[Model], say: Say | None, progress: Progress | None = None) -> None:
     """Fetch each of these networks into the cache, as its authors publish it or made of parts where it is.
 
-    Raises ModelError naming every source that failed.
+    Raises ModelError naming every source that failed; before anything is fetched, CacheError where it cannot be kept.
     """
+    writable_folder()
     say = say or _LOG.warning
     models = [model for model in models if not _from_upstream(model, say, progress)]
     pieces = list(dict.fromkeys(piece for model in models for piece in _pieces(model)))

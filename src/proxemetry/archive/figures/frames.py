@@ -61,11 +61,15 @@ def read_results(folder: str | Path) -> ResultsFrames:
 
     Raises OutputError where there are none or the run is not finished, SettingsError where pandas is missing.
     """
-    if importlib.util.find_spec("pandas") is None:
-        raise SettingsError("data frames need an extra: pip install 'proxemetry[notebook]'")
+    _require_pandas()
     results = Results.open(folder)
     results.require_finished()
     return ResultsFrames(results)
+
+
+def _require_pandas() -> None:
+    if importlib.util.find_spec("pandas") is None:
+        raise SettingsError("data frames need an extra: pip install 'proxemetry[notebook]'")
 
 
 def measure_folder(
@@ -91,6 +95,7 @@ def measure_folder(
             "pose must be a back end's name: worker processes load it anew; a function of your own is named "
             "python:MODULE:FUNCTION"
         )
+    _require_pandas()  # before hours of work, not after
     told = settings or Settings()
     job = Job(str(out), pose, settings=replace(told, same_camera=same_camera or told.same_camera))
     run([str(photo) for photo in named], job, jobs=jobs, restart=restart, on_progress=on_progress)
