@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from benchmarks.networks.from_above import Tally, count, joined, owners, true_people, true_pixels
+from benchmarks.networks.known_people import Tally, count, joined, owners, true_people, true_pixels
 from proxemetry.camera import Camera
 from proxemetry.people.skeleton import COCO_17
 from synthetic.rendered_photos import RenderedPhoto
