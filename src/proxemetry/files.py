@@ -5,8 +5,10 @@ A pipe, a device or a socket may bear any name, be linked to, and be waited for 
 
 from __future__ import annotations
 
+import codecs
 import errno
 import hashlib
+import io
 import json
 import math
 import os
@@ -25,6 +27,7 @@ _KINDS = {
 #: What a spreadsheet takes for the beginning of a formula; also as SQL has it.
 FORMULA = r"^'*[=+\-@\t\r]"
 _FORMULA = re.compile(FORMULA)
+_UTF_16_MARKS = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
 #: Longer whole numbers are beyond what a float holds.
 _MOST_DIGITS = 300
 _SPELLED = re.compile(r"\\(x(?:[89a-f][0-9a-f]|5c))")
@@ -77,8 +80,20 @@ def read_bytes(path: str | Path) -> bytes:
 
 
 def read_text(path: str | Path) -> str:
-    """Return a regular file's text, UTF-8 with or without a mark; raises OSError, or ValueError for other bytes."""
-    return read_bytes(path).decode("utf-8-sig")
+    """Return a regular file's text: UTF-8 with or without a mark, or UTF-16 with one, as Windows writes it.
+
+    Raises OSError, or ValueError for other bytes.
+    """
+    content = read_bytes(path)
+    return content.decode("utf-16" if content.startswith(_UTF_16_MARKS) else "utf-8-sig")
+
+
+def csv_lines(text: str) -> list[str]:
+    """Return a CSV text's lines with their ends. What `str.splitlines` takes for an end besides stays in its cell.
+
+    Captions hold such signs: layout programs write a vertical tab or U+2028 for a line break.
+    """
+    return list(io.StringIO(text, newline=""))
 
 
 def sha256_of(path: str | Path) -> str:

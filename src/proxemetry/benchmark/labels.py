@@ -20,7 +20,7 @@ import numpy as np
 
 from ..arrays import FloatArray
 from ..errors import LabelsError
-from ..files import read_text, reason_of
+from ..files import csv_lines, read_text, reason_of
 from ..people.skeleton import PARTS
 from .errata import Erratum, load_errata
 
@@ -201,7 +201,7 @@ def _corrected(marks: list[Mark], errata: list[Erratum]) -> tuple[Mark, ...]:
 def _rows(path: Path, columns: int) -> Iterator[tuple[int, list[str]]]:
     """Yield (line number, fields) of a header-less CSV file."""
     try:
-        rows = list(csv.reader(_text(path).splitlines()))
+        rows = list(csv.reader(csv_lines(_text(path))))
     except csv.Error as error:
         raise LabelsError(f"{path}: cannot be read as CSV ({error})") from error
     for line, row in enumerate(rows, start=1):
@@ -273,7 +273,7 @@ def _lens(row: dict[str, str], path: Path) -> _Lens:
 
 def _table(path: Path, columns: tuple[str, ...]) -> list[dict[str, str]]:
     try:
-        rows = list(csv.DictReader(_text(path).splitlines()))
+        rows = list(csv.DictReader(csv_lines(_text(path))))
     except csv.Error as error:
         raise LabelsError(f"{path}: cannot be read as CSV ({error})") from error
     for name in columns:

@@ -21,7 +21,7 @@ import numpy as np
 
 from ..arrays import FloatArray
 from ..errors import LabelsError, OutputError
-from ..files import read_json, reason_of
+from ..files import is_file, read_json, reason_of
 from ..people.skeleton import PARTS
 from .predictions import Prediction, Predictions
 
@@ -40,7 +40,11 @@ def read_prediction_file(path: Path) -> Predictions:
     except FileNotFoundError as error:
         raise LabelsError(f"{path}: no such prediction file or results folder") from error
     except (OSError, ValueError) as error:
-        raise LabelsError(f"{path}: not a JSON prediction file ({reason_of(error)})") from error
+        hint = f"; the results folder is {path.parent}" if is_file(path.with_name("photos.csv")) else ""
+        raise LabelsError(
+            f"{path}: not a JSON prediction file ({reason_of(error)}); predictions are one, or a results folder, and "
+            f"no table{hint}"
+        ) from error
     images = _field(content, "images", list, str(path))
     return Predictions(tuple(_image(image, f"{path}: image {k}") for k, image in enumerate(images)), str(path))
 

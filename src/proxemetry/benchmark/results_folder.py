@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import LabelsError
-from ..files import read_text, reason_of, text_of
+from ..files import csv_lines, read_text, reason_of, text_of
 from ..people.skeleton import PARTS
 from .predictions import Prediction, Predictions
 
@@ -44,7 +44,7 @@ def read_results_folder(folder: Path) -> Predictions:
 def _read(folder: Path, name: str) -> list[dict[str, str]]:
     path = folder / f"{name}.csv"
     try:
-        reader = csv.DictReader(read_text(path).splitlines(keepends=True))
+        reader = csv.DictReader(csv_lines(read_text(path)))
         columns, rows = list(reader.fieldnames or ()), list(reader)
     except FileNotFoundError as error:
         raise LabelsError(f"{path}: no such file; a results folder has photos.csv, people.csv and pairs.csv") from error

@@ -17,7 +17,7 @@ from . import seker2021, v1
 from .image_score import ImageScore
 from .labels import LabelImage, Labels, read_labels
 from .metrics import Summary, summarise
-from .predictions import Predictions
+from .predictions import Prediction, Predictions
 from .reading import read_predictions
 
 
@@ -37,6 +37,8 @@ PROTOCOLS = {
     "seker2021": Protocol("seker2021", False, seker2021.score_image, True, "as published, peculiarities included"),
 }
 DEFAULT_PROTOCOL = "v1"
+#: Pictures whose sides' ratios differ by less are one picture resized: networks want sides of multiples of 32 pixels.
+_SAME_SHAPE = 0.05
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,7 +52,11 @@ class Group:
 
 @dataclass(frozen=True, eq=False)
 class Score:
-    """What a method scores on a set of labels under a protocol. n_extra: answered photos that have no labels."""
+    """What a method scores on a set of labels under a protocol.
+
+    n_extra: answered photos that have no labels. n_unanswered: labelled photos that have no answer. n_misshapen:
+    answers for a picture of another shape than the labelled one, so that points lie elsewhere in it.
+    """
 
     protocol: str
     labels: str
@@ -59,12 +65,15 @@ class Score:
     overall: Summary
     groups: tuple[Group, ...]
     n_extra: int = 0
+    n_unanswered: int = 0
+    n_misshapen: int = 0
 
     @property
     def caption(self) -> str:
         """The heading of every table of this score, so that no number goes without its protocol."""
         o = self.overall
-        extra = f", {self.n_extra} answered photos without labels ignored" if self.n_extra else ""
+        extra = f", {self.n_unanswered} photos without an answer" if self.n_unanswered else ""
+        extra += f", {self.n_extra} answered photos without labels ignored" if self.n_extra else ""
         return (
             f"protocol {self.protocol} ({PROTOCOLS[self.protocol].about}); labels {self.labels}; {o.n_images} photos, "
             f"{o.n_pairs} of {o.n_annotated_pairs} pairs, {o.n_unscored} photos unscored{extra}"
@@ -128,7 +137,17 @@ def score(labels: Labels, predictions: Predictions, protocol: str = DEFAULT_PROT
         _summary(protocol, images, bootstrap=True),
         tuple(_groups(protocol, images)),
         n_extra,
+        sum(answer is None for answer in answers),
+        sum(_is_misshapen(image, answer) for image, answer in zip(labels, answers, strict=True)),
     )
+
+
+def _is_misshapen(image: LabelImage, answer: Prediction | None) -> bool:
+    """Return whether an answer's picture has another shape than the label's, rounding to whole pixels aside."""
+    if answer is None or answer.width is None or answer.height is None:
+        return False
+    expected = answer.width * image.height / image.width
+    return abs(answer.height - expected) > 1 + _SAME_SHAPE * expected
 
 
 def score_files(predictions: str | Path, labels: str | Path, protocol: str = DEFAULT_PROTOCOL) -> Score:

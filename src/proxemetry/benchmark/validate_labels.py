@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ..errors import LabelsError
-from ..files import read_bytes, read_text, reason_of
+from ..files import csv_lines, read_bytes, read_text, reason_of
 from ..people.skeleton import PARTS
 from .errata import load_errata
 from .labels import BODY_FILE, FOCAL_FILES, PHOTOS_FILE, SETTINGS_FILE, TRUTH_FILE
@@ -91,7 +91,7 @@ def _read(path: Path, columns: int, faults: list[Fault]) -> list[_Line]:
         faults.append(Fault(path.name, 0, f"empty; rows of {','.join(_COLUMNS[path.name])} are expected"))
     lines: list[_Line] = []
     try:
-        rows = list(csv.reader(text.splitlines()))
+        rows = list(csv.reader(csv_lines(text)))
     except csv.Error as error:
         faults.append(Fault(path.name, 0, f"cannot be read as CSV ({error})"))
         return []
@@ -241,7 +241,7 @@ def _check_together(lines: dict[str, list[_Line]]) -> Iterator[Fault]:
 
 def _check_header(path: Path, columns: tuple[str, ...]) -> Iterator[Fault]:
     try:
-        rows = csv.DictReader(read_text(path).splitlines())
+        rows = csv.DictReader(csv_lines(read_text(path)))
         listed, fields = list(rows), rows.fieldnames or ()
     except (OSError, ValueError, csv.Error) as error:
         yield Fault(path.name, 0, f"cannot be read as text ({reason_of(error)})")

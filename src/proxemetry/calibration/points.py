@@ -13,7 +13,7 @@ from ..arrays import FloatArray
 from ..camera import Camera, FloorFrame, Mount
 from ..camera.floor_view import to_floor, to_pixels
 from ..errors import CameraError
-from ..files import read_text
+from ..files import csv_lines, read_text
 from .homography import focal_of, homography, place_of
 from .least_squares import minimise
 
@@ -74,7 +74,7 @@ class FloorPoints:
     def read(cls, path: str | Path, click_sd_px: float = CLICK_SD_PX, tape_sd_m: float = TAPE_SD_M) -> FloorPoints:
         """Read a CSV file of u_px, v_px, x_m, y_m; raises CameraError with the line that is wrong."""
         try:
-            lines = read_text(path).splitlines()
+            lines = csv_lines(read_text(path))
         except OSError as error:
             raise CameraError(f"{path}: cannot be read ({error.strerror})") from error
         except UnicodeDecodeError as error:

@@ -14,7 +14,7 @@ from fnmatch import fnmatchcase
 from pathlib import Path
 
 from ..errors import CameraError, SettingsError
-from ..files import read_text
+from ..files import csv_lines, read_text
 from .mount import STATED_ANGLE_SD_RAD, Mount
 
 _KEYS = ("photo", "make", "model")
@@ -151,7 +151,7 @@ class CameraTable:
             raise SettingsError(f"--camera-table {path}: cannot be read ({error.strerror})") from error
         except ValueError as error:
             raise SettingsError(f"--camera-table {path}: not UTF-8 text; save it as CSV UTF-8") from error
-        lines = text.splitlines()
+        lines = csv_lines(text)
         header = next((line for line in lines if line.strip()), "")
         semicolons = header.count(";") > header.count(",")
         reader = csv.DictReader(lines, delimiter=";" if semicolons else ",", skipinitialspace=True)
