@@ -1,5 +1,7 @@
 """The worked study's scripts, run by the programs they are for, where those are installed."""
 
+import csv
+import re
 import shutil
 import subprocess
 from pathlib import Path
@@ -24,6 +26,17 @@ def test_the_r_script_reads_the_tables(folder):
     )
     assert done.returncode == 0, done.stderr
     assert "market" in done.stdout and "park" in done.stdout
+    photos = csv.DictReader((Path(folder) / "photos.csv").read_text().splitlines())
+    known = [row["focal_assumed"] == "false" for row in photos if int(row["n_pairs"] or 0)]
+    assert any(known) and not all(known)
+    every, without = done.stdout.split("photos whose focal length was not assumed")
+    assert _photos_counted(every) == len(known) and _photos_counted(without) == sum(known)
+
+
+def _photos_counted(printed: str) -> float:
+    """Sum the numbers of photos by group in R's print of both columns, n and median."""
+    rows = re.findall(r"^\d+\s+\S+\s+(\d+\.?\d*)\s+\d", printed, re.MULTILINE)
+    return sum(map(float, rows))
 
 
 @pytest.mark.skipif(shutil.which("pspp") is None, reason="PSPP is not installed")
