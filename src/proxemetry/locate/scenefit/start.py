@@ -30,6 +30,9 @@ _STRAY_FACTOR, _LEAST_STRAY, _LEG_STRAY = 1.5, 0.025, 0.06
 #: of freedom of both kinds of residual: wider than the fit's own, by hand, for the start alone.
 _DEPTH_REL_SD, _FLOOR_SD_M, _TORSO_REL_SD = 0.07, 0.1, 0.06
 _DOF = 4.0
+#: Where half of the trunks lean to one side by so much in the picture and no more, the camera may be turned instead.
+#: By hand: less is found from a level start, and more is a photo on its side.
+_TURNED_RAD = np.deg2rad([6.0, 45.0])
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,14 +58,14 @@ class Tilts:
         return cls(pitches, roll, camera[:, :, 1], by_pitch, camera[:, None] @ _BODY_AXES)
 
     @classmethod
-    def worth_trying(cls, prior: SharedPrior) -> Tilts:
-        """Return the tilts that the prior leaves open: a stated pitch is the only one, or one more."""
+    def worth_trying(cls, prior: SharedPrior, roll: float) -> Tilts:
+        """Return the tilts that the prior leaves open at one roll: a stated pitch is the only one, or one more."""
         mean, sd = prior.marginal_mean, prior.marginal_sd
         if PITCH not in prior.place.which:
-            return _LEVEL if mean[ROLL] == 0.0 else cls.of(_PITCHES, float(mean[ROLL]))
+            return _LEVEL if roll == 0.0 else cls.of(_PITCHES, roll)
         stated = mean[PITCH : PITCH + 1]
         near = np.abs(_PITCHES - stated) < 2 * sd[PITCH]
-        return cls.of(np.concatenate([stated, _PITCHES[near]]), float(mean[ROLL]))
+        return cls.of(np.concatenate([stated, _PITCHES[near]]), roll)
 
 
 _LEVEL = Tilts.of(_PITCHES, 0.0)
@@ -73,18 +76,58 @@ class Start:
     """The coarse answer for P people.
 
     shared: shape (N_SHARED,). cost: shape (P, postures, headings), log_depth: the same, point: the same and 2.
+    shared_cost: how unlikely the camera is, with everybody on its floor.
     """
 
     shared: FloatArray
     cost: FloatArray
     log_depth: FloatArray
     point: FloatArray
+    shared_cost: float
+
+    @property
+    def total_cost(self) -> float:
+        """The negative log posterior of everybody's best posture and heading, up to a constant."""
+        return self.shared_cost + float(self.cost.min(axis=(1, 2)).sum())
 
 
 def initialise(
     evidence: Evidence, lengths_m: FloatArray, prior: SharedPrior, model: BodyModel, on_floor: FloatArray
 ) -> Start:
-    """Return the coarse answer; lengths_m (P, L) are the mean bodies, on_floor (P,) is 1 for those on the floor."""
+    """Return the coarse answer; lengths_m (P, L) are the mean bodies, on_floor (P,) is 1 for those on the floor.
+
+    Bodies that lean all the same way are tried before a camera that is turned as well.
+    """
+    roll = float(prior.marginal_mean[ROLL])
+    start = _at_roll(evidence, lengths_m, prior, model, on_floor, roll)
+    leaning = _common_lean(evidence, model)
+    if ROLL in prior.place.which or not _TURNED_RAD[0] < abs(leaning - roll) < _TURNED_RAD[1]:
+        return start
+    turned = _at_roll(evidence, lengths_m, prior, model, on_floor, leaning)
+    return turned if turned.total_cost < start.total_cost else start
+
+
+def _common_lean(evidence: Evidence, model: BodyModel) -> float:
+    """Return how far trunks lean to the right in the picture, as the roll that would explain it: the median, radians.
+
+    0 where nobody shows shoulders and hips.
+    """
+    upper, lower = (evidence.seen & model.kinds[name] for name in ("shoulders", "torso"))
+    known = upper.any(axis=1) & lower.any(axis=1)
+    if not known.any():
+        return 0.0
+    shoulders, hips = (
+        (evidence.points[known] * part[known, :, None]).sum(axis=1) / part[known].sum(axis=1)[:, None]
+        for part in (upper, lower)
+    )
+    across, down = (hips - shoulders).T
+    return float(np.median(np.arctan2(-across, down)))
+
+
+def _at_roll(
+    evidence: Evidence, lengths_m: FloatArray, prior: SharedPrior, model: BodyModel, on_floor: FloatArray, roll: float
+) -> Start:  # fmt: skip
+    """Return the coarse answer at one roll."""
     spread = np.maximum(_STRAY_FACTOR * model.spread, _LEAST_STRAY)
     spread = np.where(model.kinds["feet"] | model.kinds["legs"], _LEG_STRAY, spread)
     weights = np.where(evidence.seen, (spread**2 + evidence.score_noise**2) ** -1, 0.0)
@@ -92,10 +135,11 @@ def initialise(
     unlikely = -np.log(POSTURE_WEIGHTS)[:, None] + np.zeros((len(weights), 1, 1))
     unlikely[~_shows_full_body(evidence, model), N_COMMON:] = np.inf
     # some postures determine the pitch, the others are tried at that pitch alone
-    tilts = Tilts.worth_trying(prior)
+    tilts = Tilts.worth_trying(prior, roll)
     cost, scale, shift = _fit_scale_shift(evidence.points, weights, bodies[:, :N_TELLING], tilts.axes)
     cost = cost + unlikely[:, :N_TELLING, None]
-    best, shared = _pitch(tilts, cost, lengths_m[:, 0, None, None, None] / scale, shift, torso, prior, on_floor)
+    depth = lengths_m[:, 0, None, None, None] / scale
+    best, shared, shared_cost = _pitch(tilts, cost, depth, shift, torso, prior, on_floor)
     at = tilts.axes[best : best + 1]
     rare_cost, rare_scale, rare_shift = _fit_scale_shift(evidence.points, weights, bodies[:, N_TELLING:], at)
     rare_cost = rare_cost + unlikely[:, N_TELLING:, None]
@@ -103,15 +147,15 @@ def initialise(
     return Start(
         shared, np.concatenate([cost[:, :, best], rare_cost[:, :, 0]], axis=1),
         np.log(lengths_m[:, 0, None, None] / size),
-        np.concatenate([shift[:, :, best], rare_shift[:, :, 0]], axis=1),
+        np.concatenate([shift[:, :, best], rare_shift[:, :, 0]], axis=1), shared_cost,
     )  # fmt: skip
 
 
 def _pitch(
     tilts: Tilts, cost: FloatArray, depth: FloatArray, shift: FloatArray, torso: FloatArray, prior: SharedPrior,
     on_floor: FloatArray,
-) -> tuple[int, FloatArray]:  # fmt: skip
-    """Return the likeliest pitch's place in the table, and the shared unknowns (N_SHARED,) there.
+) -> tuple[int, FloatArray, float]:  # fmt: skip
+    """Return the likeliest pitch's place in the table, the shared unknowns (N_SHARED,) there, and their cost.
 
     cost, depth: shape (P, postures, pitches, headings); shift: the same and 2; torso: shape (P, postures or more).
     """
@@ -125,9 +169,11 @@ def _pitch(
     position = np.concatenate([shift[chosen] * z, z], axis=-1).swapaxes(0, 1)
     standing = torso[people, posture].T + SHOE_M
     shared = np.tile(prior.marginal_mean, (len(pitch), 1))
+    shared[:, ROLL] = tilts.roll
     floor_cost, shared[:, PITCH], shared[:, HEIGHT] = _floor(tilts, position, standing, prior, on_floor)
-    best = int((cost[chosen].sum(axis=0) + floor_cost + prior.cost(shared)[0]).argmin())
-    return best, shared[best]
+    shared_cost = floor_cost + prior.cost(shared)[0]
+    best = int((cost[chosen].sum(axis=0) + shared_cost).argmin())
+    return best, shared[best], float(shared_cost[best])
 
 
 def _shows_full_body(evidence: Evidence, model: BodyModel) -> NDArray[np.bool_]:
