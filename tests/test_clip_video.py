@@ -3,6 +3,7 @@
 import csv
 import json
 import os
+import platform
 import re
 import signal
 import subprocess
@@ -323,6 +324,27 @@ def test_a_folder_of_pictures_goes_the_same_way(made, tmp_path):
     (tmp_path / "camera.json").write_text((made / "camera.json").read_text())
     assert video(tmp_path, tmp_path / "out", clip="series", keypoints="k.json") == 0
     assert len(table(tmp_path / "out", "people")) == 4
+
+
+def test_pictures_of_several_sizes_are_refused_before_any_is_measured(tmp_path):
+    for k in range(4):
+        cv2.imwrite(str(tmp_path / f"{k}.png"), np.zeros((48, 64 if k != 2 else 60, 3), np.uint8))
+    with pytest.raises(ClipError, match=r"2\.png has 60 x 48 pixels, most have 64 x 48"):
+        open_clip(tmp_path, 5.0)
+
+
+def test_a_picture_replaced_by_one_of_as_many_bytes_is_another_clip(tmp_path):
+    """Uncompressed pictures of one camera all have one length."""
+    for k in range(2):
+        cv2.imwrite(str(tmp_path / f"{k}.bmp"), np.zeros((48, 64, 3), np.uint8))
+    before = open_clip(tmp_path, 5.0).sha256
+    assert open_clip(tmp_path, 5.0).sha256 == before
+    cv2.imwrite(str(tmp_path / "1.bmp"), np.full((48, 64, 3), 9, np.uint8))
+    assert open_clip(tmp_path, 5.0).sha256 != before
+
+
+def test_a_clips_folder_names_system_and_processor_and_nothing_more_of_the_machine(results):
+    assert json.loads((results / "run.json").read_text())["platform"] == f"{platform.system()} {platform.machine()}"
 
 
 def finder_of(pictures):

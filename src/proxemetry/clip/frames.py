@@ -9,7 +9,8 @@ from __future__ import annotations
 import hashlib
 import os
 import re
-from collections.abc import Generator, Iterator
+from collections import Counter
+from collections.abc import Generator, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from datetime import datetime
@@ -193,23 +194,25 @@ class PictureFolder:
 
     @classmethod
     def open(cls, path: Path, fps: float) -> PictureFolder:
-        """List a folder's pictures; raises ClipError where there is none."""
+        """List a folder's pictures; raises ClipError where there is none, or where they are of several sizes."""
         files = sorted((p for p in path.iterdir() if p.suffix.lower() in EXTENSIONS), key=_natural)
         if not files:
             raise ClipError(f"{path}: no pictures in this folder; name a video file, or a folder of pictures in turn")
-        taken: list[datetime | None] = []
+        photos: list[Photo] = []
         readable: list[Path] = []
         bad: list[str] = []
         for file in files:
             try:
-                taken.append(_taken(Photo.open(file)))
+                photos.append(Photo.open(file))
                 readable.append(file)
             except PhotoError as error:
                 bad.append(str(error))
         if not readable:
             raise ClipError(f"{path}: none of its {len(files)} pictures can be read ({bad[0]})")
-        digest = hashlib.sha256("\n".join(f"{p.name} {p.stat().st_size}" for p in readable).encode()).hexdigest()
-        times = _increasing(taken)
+        _require_one_size(path, photos)
+        content = "\n".join(f"{p.name} {photo.sha256}" for p, photo in zip(readable, photos, strict=True))
+        digest = hashlib.sha256(content.encode(errors="surrogateescape")).hexdigest()
+        times = _increasing([_taken(photo) for photo in photos])
         timed = times is not None
         order = np.argsort(times, kind="stable") if times is not None else np.arange(len(readable))
         seconds = [times[k] for k in order] if times is not None else [k / fps for k in range(len(readable))]
@@ -232,6 +235,20 @@ class PictureFolder:
             except ProxemetryError:
                 continue
             yield Frame(number, t_s, photo, number)
+
+
+def _require_one_size(path: Path, photos: Sequence[Photo]) -> None:
+    """Raise ClipError, before an hour is spent on them, where pictures are of several sizes: not of one camera."""
+    counts = Counter((photo.width, photo.height) for photo in photos)
+    (usual, _), *others = counts.most_common()
+    if others:
+        odd = next(photo for photo in photos if (photo.width, photo.height) != usual)
+        count = sum(count for _, count in others) - 1
+        more = f", and {count} more" if count else ""
+        raise ClipError(
+            f"{path}: {Path(odd.name).name} has {odd.width} x {odd.height} pixels{more}, most "
+            f"have {usual[0]} x {usual[1]}: they are not of one camera; take out what does not belong"
+        )
 
 
 def _natural(path: Path) -> list[tuple[int, int | str]]:

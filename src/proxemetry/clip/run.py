@@ -105,7 +105,8 @@ def _join(folder: Folder, identity: Identity, clip: Clip, fps: float) -> None:
     fields = {
         "schema": SCHEMA, "version": identity.version, "pose": identity.pose, "models": dict(identity.models),
         "settings": dict(identity.settings), "metadata": identity.metadata(), "clip": clip.name,
-        "clip_sha256": clip.sha256, "fps": fps, "python": platform.python_version(), "platform": platform.platform(),
+        "clip_sha256": clip.sha256, "fps": fps, "python": platform.python_version(),
+        "platform": f"{platform.system()} {platform.machine()}",
     }  # fmt: skip
     if folder.create(RUN_FILE, (json.dumps(fields, indent=2) + "\n").encode()):
         return
@@ -113,10 +114,13 @@ def _join(folder: Folder, identity: Identity, clip: Clip, fps: float) -> None:
     if before.get("schema") != SCHEMA:
         raise OutputError(f"{folder.location}: holds results of photos; name another --out for a clip")
     if before["clip_sha256"] != clip.sha256:
-        raise OutputError(
-            f"{folder.location}: holds the clip {before['clip']}, not {clip.name}; name another --out, or begin anew "
-            "with --restart"
+        same = before["clip"] == clip.name
+        what = (
+            f"{clip.name} as it was, and it has changed since"
+            if same
+            else f"the clip {before['clip']}, not {clip.name}"
         )
+        raise OutputError(f"{folder.location}: holds {what}; name another --out, or begin anew with --restart")
     require_same(identity, before["metadata"], folder.location)
 
 
