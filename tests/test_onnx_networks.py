@@ -100,6 +100,18 @@ def test_tiles_are_laid_where_somebody_is_suspected(tmp_path: Path, monkeypatch:
     assert len(shown) == 1
 
 
+def test_what_one_cell_of_several_looks_sees_is_nobody(tmp_path: Path) -> None:
+    source = specification(tmp_path)
+    Path(source).write_text(
+        Path(source).read_text().replace('colours = "bgr"', 'colours = "bgr"\nleast_support = 2', 1)
+    )
+    boxes = np.array([[0, 0, 50, 100], [2, 0, 52, 100], [200, 0, 250, 100]], float)
+    found = Detections(boxes, np.array([0.5, 0.6, 0.7]))
+    for effort, left in (("normal", [0.6]), ("thorough", [0.6]), ("fast", [0.7, 0.6])):
+        backend = OnnxBackend(read_specification(source), PoseOptions(effort=effort, threads=1))
+        assert backend._distinct(found).scores.tolist() == left
+
+
 def test_colours_in_the_wrong_order_are_not_found(tmp_path: Path) -> None:
     """The order of the channels matters to these networks, as to real ones: the tests above would notice."""
     source = specification(tmp_path)

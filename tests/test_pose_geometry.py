@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -20,6 +21,7 @@ from proxemetry.pose.detections import (
     decode_ultralytics,
     decode_yolox,
     joined,
+    seen_often,
     suppressed,
     uncut,
 )
@@ -33,6 +35,8 @@ from proxemetry.pose.onnx.pose_decoders import (
     decode_movenet,
     decode_simcc,
 )
+from proxemetry.pose.onnx.specification import Input
+from proxemetry.pose.onnx.tiled_detector import normalised
 
 SIDES = st.integers(1, 3000)
 POINTS = st.tuples(st.floats(-100, 4000), st.floats(-100, 4000))
@@ -99,9 +103,14 @@ def test_tiles_around_hold_whoever_fits_and_are_no_more_than_all(
     if around == everywhere:
         return
     for box in boxes:
-        grown = np.concatenate([box[:2] - 0.1 * (box[2:] - box[:2]), box[2:] + 0.1 * (box[2:] - box[:2])])
-        if (grown[2:] - grown[:2] <= tile - 1).all():
+        if (box[2:] - box[:2] <= 0.96 * (tile - 1)).all():
             assert any((box[:2] >= p[:2]).all() and (box[2:] <= p[2:]).all() for p in around)
+
+
+def test_a_suspect_who_nearly_fills_a_tile_gets_one_in_whose_middle_they_stand() -> None:
+    # tiles of 0.6 x 640 = 384 pixels; 330 and a tenth on both sides would be more
+    assert tiles_around([(200, 70, 310, 400)], 640, 500, 0.6) == [(63, 43, 447, 427)]
+    assert tiles_around([(200, 70, 310, 444)], 640, 500, 0.6) == []  # its edges would touch the tile's
 
 
 @given(st.floats(20, 200), st.floats(20, 200), st.floats(10, 300), st.floats(0.5, 2))
@@ -250,6 +259,29 @@ def test_suppression_leaves_no_overlap_and_always_the_best(rows: list[tuple[floa
         assert kept.scores[0] == found.scores.max()
     again = suppressed(kept, most)
     assert np.array_equal(again.boxes_px, kept.boxes_px)
+
+
+@given(BOXES, st.floats(0.1, 0.9))
+def test_boxes_that_few_cells_see_are_dropped(rows: list[tuple[float, ...]], overlap: float) -> None:
+    found = _detections(rows)
+    kept = suppressed(found, overlap)
+    assert np.array_equal(seen_often(kept, found, overlap, 1).boxes_px, kept.boxes_px)
+    twice = seen_often(kept, joined([found, found]), overlap, 2)
+    assert np.array_equal(twice.boxes_px, kept.boxes_px)
+    alone = [(iou(box, found.boxes_px) > overlap).sum() == 1 for box in kept.boxes_px]
+    assert len(seen_often(kept, found, overlap, 2)) == len(kept) - sum(alone)
+
+
+@given(st.sampled_from(["rgb", "bgr"]), st.booleans(), st.integers(0, 2**32 - 1))
+@settings(max_examples=20)
+def test_a_network_sees_levels_less_the_mean_over_the_deviation(colours: str, last: bool, seed: int) -> None:
+    image = np.random.default_rng(seed).integers(0, 256, (2, 5, 7, 3), np.uint8)
+    part = Input("x", "yolox", colours=colours, mean=(103.53, 116.28, 123.675), std=(57.375, 57.12, 58.395))
+    network = SimpleNamespace(channels_last=last)
+    seen = normalised(image, part, network)  # type: ignore[arg-type]
+    expected = (image[..., :: -1 if colours == "bgr" else 1] - np.float32(part.mean)) / np.float32(part.std)
+    assert seen.dtype == np.float32 and seen.flags["C_CONTIGUOUS"]
+    assert np.array_equal(seen if last else seen.transpose(0, 2, 3, 1), expected)
 
 
 def test_boxes_that_a_tile_cuts_are_left_to_another() -> None:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from ..arrays import FloatArray
 from ..errors import ModelError
-from ..overlap import iou
+from ..overlap import iou, pairwise_iou
 
 
 @dataclass(frozen=True, eq=False)
@@ -149,12 +149,23 @@ def decode_nanodet(
 
 def suppressed(found: Detections, most_overlap: float) -> Detections:
     """Return the best-scoring boxes, none overlapping a better one by more than `most_overlap`; best first."""
-    order, kept = np.argsort(-found.scores, kind="stable"), []
-    while len(order):
-        best, order = order[0], order[1:]
+    left, kept = np.argsort(-found.scores, kind="stable"), []
+    while len(left):
+        best, left = left[0], left[1:]
         kept.append(best)
-        order = order[iou(found.boxes_px[best], found.boxes_px[order]) <= most_overlap]
+        left = left[iou(found.boxes_px[best], found.boxes_px[left]) <= most_overlap]
     return found[np.array(kept, dtype=np.intp)]
+
+
+def seen_often(found: Detections, among: Detections, overlap: float, least: int) -> Detections:
+    """Return the boxes that at least so many of `among` overlap by more than `overlap`, themselves included.
+
+    A person is seen by several neighbouring cells of a detector and in several tiles; what one cell alone takes for a
+    person is seldom one.
+    """
+    if least <= 1 or not len(found):
+        return found
+    return found[(pairwise_iou(found.boxes_px, among.boxes_px) > overlap).sum(axis=1) >= least]
 
 
 def uncut(found: Detections, region: tuple[int, int, int, int], photo_size: tuple[int, int]) -> Detections:

@@ -14,7 +14,7 @@ from ...people.duplicates import distinct
 from ...people.skeleton import Skeleton
 from ...photo import Photo, RGBArray
 from .. import PoseOptions
-from ..detections import Detections, suppressed
+from ..detections import Detections, seen_often, suppressed
 from ..pupils import PupilNetworks
 from .letterbox import Placement, crop, person_region
 from .network import Floats, Network
@@ -78,7 +78,7 @@ class OnnxBackend:
         else:
             inside = np.tile((pixels.shape[1], pixels.shape[0]), 2)
             found = Detections(found.boxes_px.clip(0, inside), found.scores)
-            pixels, found = self._closer_look(photo, pixels, suppressed(found, self.specification.detector.overlap))
+            pixels, found = self._closer_look(photo, pixels, self._distinct(found))
             people = self._top_down(pixels, found)
         height, width = pixels.shape[:2]
         back = photo.width / width, photo.height / height
@@ -86,6 +86,15 @@ class OnnxBackend:
         if self._pupils is None:
             return people
         return self._pupils.in_place_of_eyes(people.scaled(1 / back[0], 1 / back[1]), pixels).scaled(*back)
+
+    def _distinct(self, found: Detections) -> Detections:
+        """Return one box a person: the best of those that overlap, where enough of the detector's cells saw it.
+
+        One look at the whole photo, as in effort fast, has too few cells to ask more than one.
+        """
+        detector = self.specification.detector
+        least = 1 if self.options.effort == "fast" else detector.least_support
+        return seen_often(suppressed(found, detector.overlap), found, detector.overlap, least)
 
     def _closer_look(self, photo: Photo, pixels: RGBArray, found: Detections) -> tuple[RGBArray, Detections]:
         """Decode the photo again, larger, where its pixels are too few for the smallest person found."""

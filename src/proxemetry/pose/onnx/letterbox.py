@@ -23,6 +23,8 @@ Region = tuple[int, int, int, int]
 GREY = 114
 #: A tile laid around a suspicion shows this much more of its sides, as fractions of the box.
 _SUSPECT_MARGIN = 0.1
+#: A box of more than this share of a tile's side would touch its edges, where it counts as cut.
+_FILLS_A_TILE = 0.96
 
 
 @dataclass(frozen=True)
@@ -100,10 +102,12 @@ def tiles_around(boxes_px: ArrayLike, width: int, height: int, fraction: float, 
     """
     tile_width, tile_height = _tile_size(width, height, fraction, aspect)
     boxes = np.asarray(boxes_px, dtype=float).reshape(-1, 4).clip(0, (width, height, width, height))
-    # a margin, or the tile's edge would cut a person who is a little larger than suspected
-    margin = _SUSPECT_MARGIN * np.tile(boxes[:, 2:] - boxes[:, :2], 2) * (-1, -1, 1, 1)
-    left = (boxes + margin).clip(0, (width, height, width, height))
-    left = left[(left[:, 2] - left[:, 0] <= tile_width) & (left[:, 3] - left[:, 1] <= tile_height)]
+    sides, room = boxes[:, 2:] - boxes[:, :2], np.array([tile_width, tile_height]) - 1
+    fits = (sides <= _FILLS_A_TILE * room).all(axis=1)
+    # a margin, or the tile's edge would cut a person who is a little larger than suspected; a large one gets less
+    margin = np.minimum(_SUSPECT_MARGIN * sides, (room - sides) / 2)
+    grown = boxes + np.concatenate([-margin, margin], axis=1)
+    left = grown[fits].clip(0, (width, height, width, height))
     found: list[Region] = []
     everywhere = list(tiles(width, height, fraction, aspect))
     while len(left):

@@ -54,7 +54,8 @@ class DetectorInput(Input):
     """A network that looks at the photo: a detector, or a one-stage network.
 
     fill, centred: how the photo is letterboxed. person: the class. score: boxes below are no people. overlap: boxes
-    overlapping a better one by more are dropped. tiles: the parts that are looked at, as fractions of the photo's
+    overlapping a better one by more are dropped. least_support: so are boxes that fewer of the network's cells see, in
+    all looks together; 1 where it suppresses its own. tiles: the parts that are looked at, as fractions of the photo's
     sides (1 is the whole photo, and comes first); fast_tiles, thorough_tiles the same for those efforts. suspicion:
     where above 0, tiles lie only around boxes of the whole photo that score at least this; effort thorough asks for
     no suspicion.
@@ -65,6 +66,7 @@ class DetectorInput(Input):
     person: int = 0
     score: float = 0.3
     overlap: float = 0.5
+    least_support: int = 1
     suspicion: float = 0.0
     tiles: tuple[float, ...] = (1.0,)
     fast_tiles: tuple[float, ...] = (1.0,)
