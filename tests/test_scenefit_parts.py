@@ -11,7 +11,7 @@ from proxemetry.locate.scenefit import fit as joint_fit
 from proxemetry.locate.scenefit import locate, shared_prior, solver
 from proxemetry.locate.scenefit.alternatives import Explanations, leave_one_out
 from proxemetry.locate.scenefit.body_model import body_model
-from proxemetry.locate.scenefit.camera_prior import Place, SharedPrior
+from proxemetry.locate.scenefit.camera_prior import Place, Raised, SharedPrior
 from proxemetry.locate.scenefit.contradiction import misfit
 from proxemetry.locate.scenefit.evidence import evidence_of
 from proxemetry.locate.scenefit.hypotheses import keypoint_precision, log_evidence
@@ -155,7 +155,7 @@ def test_what_people_who_err_alike_tell_of_the_camera_is_worth_less_beside_what_
 
 @pytest.mark.parametrize("away_sd", [0.3, 1.0, 4.0])
 def test_what_is_known_of_the_camera_pulls_as_its_cost_falls(away_sd):
-    prior = shared_prior(Camera.centred(1200, 1920, 1080, focal_rel_sd=0.05))
+    prior = replace(shared_prior(Camera.centred(1200, 1920, 1080, focal_rel_sd=0.05)), raised=None)
     shared = prior.mean + away_sd * prior.sd
     _, normal = prior.cost(shared)
     hessian, gradient = normal[:, :-1], normal[:, -1]
@@ -176,6 +176,44 @@ def test_a_camera_far_from_usual_is_held_less_and_one_of_unsure_focal_length_as_
     assert near[[PITCH, HEIGHT]] == pytest.approx(4 / 3)
     assert far[[PITCH, HEIGHT]] == pytest.approx(4 / 3 / (1 + 25 / 3))
     assert far[FOCAL:] == pytest.approx(1.0)
+
+
+def student(z: float) -> float:
+    """Student's density with 3 degrees of freedom, up to its constant."""
+    return (1 + z**2 / 3) ** -2
+
+
+def test_some_cameras_are_raised_and_look_down():
+    prior = SharedPrior(np.zeros(N_SHARED), np.ones(N_SHARED), raised=Raised(0.2, (4.0, 3.0), (2.0, 0.5)))
+    shared = np.zeros((4, N_SHARED))
+    shared[:, PITCH], shared[:, HEIGHT] = (0.0, 4.0, 4.0, 2.0), (0.0, 3.0, 0.0, 2.5)
+
+    def density(pitch: float, height: float) -> float:
+        level = 0.8 * student(pitch) * student(height)
+        return level + 0.2 * student((pitch - 4) / 2) * student((height - 3) / 0.5)  # as wide as 2 x 0.5 is tall: 1
+
+    cost, normal = prior.cost(shared)
+    expected = [-np.log(density(p, h) / 0.8) for p, h in shared[:, [PITCH, HEIGHT]]]
+    assert cost == pytest.approx(expected)
+    step = 1e-6 * np.eye(N_SHARED)
+    slope = np.stack([(prior.cost(shared + s)[0] - prior.cost(shared - s)[0]) / 2e-6 for s in step], axis=-1)
+    assert normal[..., -1] == pytest.approx(-slope, abs=1e-5)
+    # in the middle of the raised ones hardly anything pulls down, and what does is eye level's share
+    assert (np.linalg.eigvalsh(normal[..., :-1]) > 0).all()
+    assert np.abs(normal[1, [PITCH, HEIGHT], -1]).max() < 0.05
+
+
+def test_a_stated_height_alone_tells_whether_a_camera_is_raised():
+    sd = np.ones(N_SHARED)
+    sd[HEIGHT] = np.inf
+    place = Place(np.array([HEIGHT]), np.array([3.0]), np.array([[100.0]]))
+    raised = Raised(0.2, (4.0, 3.0), (2.0, 0.5))
+    shared = np.zeros(N_SHARED)
+    shared[HEIGHT] = 3.0
+    level, high = (SharedPrior(np.zeros(N_SHARED), sd, place, kind) for kind in (None, raised))
+    shared[PITCH] = 4.0
+    assert level.cost(shared)[1][PITCH, -1] < 2 * high.cost(shared)[1][PITCH, -1] < 0
+    assert np.diag(high.cost(shared)[1])[HEIGHT] == pytest.approx(np.diag(level.cost(shared)[1])[HEIGHT])
 
 
 def test_a_heading_that_swings_settles_by_halves(monkeypatch):

@@ -20,7 +20,7 @@ from .. import LocateSettings
 from .alternatives import Explanations, at_fit, interleaved, leave_one_out, refine
 from .batch import HypothesisBatch
 from .body_model import BodyModel, body_model
-from .camera_prior import Place, SharedPrior
+from .camera_prior import Place, Raised, SharedPrior
 from .contradiction import misfit
 from .evidence import Evidence, evidence_of
 from .explained import Explained
@@ -49,6 +49,8 @@ FLOOR_SD_M, FLOOR_SLOPE_SD = 0.04, 0.003
 PITCH_SD_RAD = np.deg2rad(7.0)
 ROLL_SD_RAD = np.deg2rad(1.2)
 TYPICAL_HEIGHT_M, HEIGHT_LOG_SD = 1.55, 0.30
+#: One camera in seven hangs high and looks down, from a stair, a ceiling or a mast; assumed (docs/method.md, "Priors").
+RAISED = Raised(0.15, (float(np.deg2rad(25.0)), float(np.log(2.8))), (float(np.deg2rad(12.0)), 0.40))
 
 #: What a mount's covariance is about, among the shared unknowns.
 _AS_SHARED = np.array([PITCH, ROLL, HEIGHT, FOCAL])
@@ -111,7 +113,7 @@ def shared_prior(camera: Camera, mount: Mount | None = None) -> SharedPrior:
     sd[PRINCIPAL] = max(camera.principal_sd_px / camera.f_px, _EXACT)
     place = Place() if mount is None else _place(camera, mount)
     sd[place.which] = np.inf
-    return SharedPrior(mean, sd, place)
+    return SharedPrior(mean, sd, place, RAISED)
 
 
 def _place(camera: Camera, mount: Mount) -> Place:
