@@ -43,6 +43,9 @@ def html(scene: Scene) -> str:
     camera = scene.camera.camera
     focal = "focal length unknown" if camera is None else f"focal length {camera.f_px:.0f} px ({scene.camera.source})"
     head = f"<strong>{escape(scene.photo)}</strong>: {len(scene)} people; {escape(focal)}"
+    doubtful = sum(map(bool, scene.doubts))
+    if doubtful:
+        head += f", {doubtful} of them doubtful"
     if scene.reason:
         head += f"; {escape(scene.reason)}"
     known = [(float(distances.distance_m[a, b]), a, b) for a, b in distances.pairs()]

@@ -22,6 +22,7 @@ from .camera import CameraEstimate
 from .distances import Distances, measure_distances
 from .errors import OutputError, ProxemetryError
 from .people import People
+from .people.doubts import PersonDoubt, doubts_of
 from .people.duplicates import possible_duplicates
 from .people.skeleton import COCO_17
 from .photo.about import About
@@ -145,6 +146,11 @@ class Scene:
     def possible_duplicates(self) -> NDArray[np.bool_]:
         """Who may be a surer person seen a second time, shape (P,)."""
         return possible_duplicates(self.people)
+
+    @cached_property
+    def doubts(self) -> tuple[tuple[PersonDoubt, ...], ...]:
+        """Why each person may be none, or one seen a second time; nothing for most. Nobody is left out for it."""
+        return doubts_of(self.people)
 
     @property
     def distances_m(self) -> FloatArray:

@@ -14,6 +14,7 @@ from .arrays import FloatArray
 from .bodies import Bodies, Floor, Intrinsics, Mode
 from .camera import Camera, CameraEstimate, Candidate, Flag, Mount, Source, Testimony
 from .people import People
+from .people.rival import Rival
 from .people.skeleton import SKELETONS, Skeleton, skeleton_named
 
 _DIGITS = 7
@@ -98,6 +99,8 @@ def people_to_dict(people: People) -> dict[str, Any]:
         arrays += ("depth_m", "depth_sd_m")
     if any(people.attributes):
         skeleton["attributes"] = [dict(one) for one in people.attributes]
+    if any(people.rivals):
+        skeleton["rivals"] = [None if r is None else [r.name, *_numbers(np.array([r.ratio]))] for r in people.rivals]
     return {**skeleton, **{name: _numbers(getattr(people, name)) for name in arrays}}
 
 
@@ -118,6 +121,7 @@ def people_from_dict(fields: Mapping[str, Any]) -> People:
         depth_m=_stated("depth_m", fields, count),
         depth_sd_m=_stated("depth_sd_m", fields, count),
         attributes=fields.get("attributes", ()),
+        rivals=[None if one is None else Rival(*one) for one in fields.get("rivals", ())],
     )
 
 

@@ -104,6 +104,9 @@ def _print_totals(counts: Totals) -> None:
     if counts.duplicates:
         who = "one" if counts.duplicates == 1 else f"{counts.duplicates} of them"
         print(f"         {who} may be counted twice: possible_duplicate in people.csv")
+    if counts.doubtful > counts.duplicates:
+        who = "one may be no person" if counts.doubtful == 1 else f"{counts.doubtful} of them may be no people"
+        print(f"         {who} (animals, drawings, legs alone) or counted twice: doubt in people.csv")
     if not counts.pairs:
         print("pairs    0")
         return

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..arrays import FloatArray
 from ..errors import KeypointsError
 from .attributes import Attributes, checked
+from .rival import Rival
 from .skeleton import MIDDLES, Skeleton
 
 if TYPE_CHECKING:
@@ -43,6 +44,8 @@ class People:
         depth of the body's middle: who measures a surface adds what lies between (half a chest's depth, 0.12 m, for
         a person seen from the front).
     attributes: of each person, what else the recording states, by key (`attributes.attributes_of`).
+    rivals: of each person, what else the detector sees in the same place; None where it sees nothing else or does not
+        state it.
 
     Construction raises KeypointsError where shapes do not fit. A keypoint with score 0, a NaN score or a NaN
     coordinate is missing in all three arrays.
@@ -59,6 +62,7 @@ class People:
     depth_m: FloatArray = field(default_factory=_empty)
     depth_sd_m: FloatArray = field(default_factory=_empty)
     attributes: Sequence[Attributes] = ()
+    rivals: Sequence[Rival | None] = ()
 
     def __repr__(self) -> str:
         return f"People({len(self.keypoints_px)} with {len(self.skeleton)} keypoints, {self.skeleton.name})"
@@ -96,6 +100,9 @@ class People:
             self._set(name, value if np.size(value) else np.full(count, np.nan), (count,))
         self._check_depth()
         object.__setattr__(self, "attributes", checked(self.attributes, count))
+        if len(self.rivals) not in (0, count):
+            raise KeypointsError(f"people.rivals has {len(self.rivals)} entries for {count} people")
+        object.__setattr__(self, "rivals", tuple(self.rivals) or (None,) * count)
 
     def _check_depth(self) -> None:
         depth, sd = self.depth_m, self.depth_sd_m
@@ -133,6 +140,7 @@ class People:
             self.skeleton, self.keypoints_px[rows], self.scores[rows], self.boxes_px[rows], self.person_scores[rows],
             self.heading_rad[rows], self.heading_sd_rad[rows], self.source, self.depth_m[rows], self.depth_sd_m[rows],
             [self.attributes[i] for i in np.arange(len(self))[rows]],
+            [self.rivals[i] for i in np.arange(len(self))[rows]],
         )  # fmt: skip
 
     def joint(self, name: str) -> FloatArray:

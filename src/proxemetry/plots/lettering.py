@@ -7,6 +7,7 @@ Laid out in typographic points from the figure's lower left corner, y up, and dr
 from __future__ import annotations
 
 import functools
+from collections.abc import Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -55,7 +56,7 @@ def badge_radius_pt(count: int) -> float:
 
 
 def draw_badges(
-    axes: Axes, spots: list[FloatArray], numbers: list[int], colours: list[str], *, with_dots: bool = False
+    axes: Axes, spots: list[FloatArray], numbers: Sequence[int | str], colours: list[str], *, with_dots: bool = False
 ) -> FloatArray:
     """Draw each person's number in a disc at its first free spot; return the discs' boxes in points, shape (n, 4).
 

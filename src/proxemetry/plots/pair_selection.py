@@ -8,6 +8,7 @@ import numpy as np
 
 from ..distances import UNCERTAIN, Distances
 from ..intervals import HALF_WIDTH_SD
+from ..people.doubts import in_words
 from ..scene import Scene
 from .zone_colours import ZONE_COLOURS
 
@@ -124,6 +125,11 @@ def camera_text(scene: Scene) -> str:
     return f"focal length {camera.f_px:.0f} px ± {percent} % ({camera.source})"
 
 
+def number_text(scene: Scene, person: int) -> str:
+    """Return a person's number, with a question mark where it is doubtful whether this is a person."""
+    return f"{person}{VAGUE_MARK}" if scene.doubts[person] else str(person)
+
+
 def footnote(scene: Scene, shown: list[tuple[int, int]]) -> str:
     """Return what the lines and brackets mean, and who has no place and why."""
     known = scene.distances.below(math.inf)
@@ -137,6 +143,10 @@ def footnote(scene: Scene, shown: list[tuple[int, int]]) -> str:
         if reason:
             reasons.setdefault(reason, []).append(str(person))
     words += [f"Without a place: {', '.join(who)} ({why})." for why, who in reasons.items()]
+    doubtful = [(person, reasons) for person, reasons in enumerate(scene.doubts) if reasons]
+    if doubtful:
+        named = "; ".join(f"{person}: {in_words(scene.people, person, reasons)}" for person, reasons in doubtful)
+        words.append(f"Perhaps no person, or one twice ({VAGUE_MARK}): {named}.")
     if scene.camera.flags:
         words.append(f"Camera: {'; '.join(map(str, scene.camera.flags))}.")
     return " ".join(words)

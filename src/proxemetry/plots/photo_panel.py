@@ -14,7 +14,7 @@ from ..scene import Scene
 from .faces import heads_px, pixelated
 from .geometry import anchors_px, horizon_px
 from .lettering import badge_radius_pt, draw_badges, draw_pair_labels, to_points
-from .pair_selection import UNPLACED_COLOUR, colour_of, line_colours, line_styles, pair_text
+from .pair_selection import UNPLACED_COLOUR, colour_of, line_colours, line_styles, number_text, pair_text
 from .placement import Obstacles, around
 
 _BLANK = (232, 233, 235)
@@ -42,9 +42,9 @@ def draw_photo(
     _draw_horizon(axes, scene)
     _draw_skeletons(axes, scene)
     _draw_lines(axes, anchors_px(scene.people), shown, scene.distances)
-    numbers = list(range(len(scene)))
-    colours = [badge_colour(scene, i) for i in numbers]
-    taken = draw_badges(axes, _badge_spots(axes, heads, anchors), numbers, colours)
+    people = range(len(scene))
+    colours = [badge_colour(scene, i) for i in people]
+    taken = draw_badges(axes, _badge_spots(axes, heads, anchors), [number_text(scene, i) for i in people], colours)
     texts = [pair_text(scene.distances, a, b) for a, b in shown]
     draw_pair_labels(axes, ends, texts, line_colours(scene.distances, shown), taken, _bodies(axes, scene, heads))
 
@@ -72,7 +72,7 @@ def _draw_skeletons(axes: Axes, scene: Scene) -> None:
         ends = [np.stack([people.joint(a)[person], people.joint(b)[person]]) for a, b in people.skeleton.bones]
         lines = LineCollection(
             [segment for segment in ends if np.isfinite(segment).all()], colors=badge_colour(scene, person),
-            linewidths=width, capstyle="round", linestyles="solid" if scene.bodies.placed[person] else "dotted",
+            linewidths=width, capstyle="round", linestyles=_line_style(scene, person),
             zorder=2, path_effects=halo,
         )  # fmt: skip
         axes.add_collection(lines, autolim=False)
@@ -82,6 +82,13 @@ def _draw_skeletons(axes: Axes, scene: Scene) -> None:
             *points.T, s=7 if few else 4, color=badge_colour(scene, person), edgecolors="#000000", linewidths=0.4,
             zorder=2.1,
         )  # fmt: skip
+
+
+def _line_style(scene: Scene, person: int) -> str:
+    """Return how a skeleton is drawn: dotted without a place, broken where it is doubtful whether this is a person."""
+    if not scene.bodies.placed[person]:
+        return "dotted"
+    return "dashed" if scene.doubts[person] else "solid"
 
 
 def _draw_lines(axes: Axes, anchors: FloatArray, shown: list[tuple[int, int]], distances: Distances) -> None:

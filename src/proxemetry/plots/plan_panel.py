@@ -15,7 +15,7 @@ from ..intervals import CHI2_2D
 from ..scene import Scene
 from .geometry import camera_as_fitted, ellipse, field_of_view, ground_positions
 from .lettering import badge_radius_pt, draw_badges, draw_pair_labels, panel_box, to_points
-from .pair_selection import colour_of, line_colours, line_styles, short_pair_text
+from .pair_selection import colour_of, line_colours, line_styles, number_text, short_pair_text
 from .placement import Obstacles, around
 
 _PAPER, _GRID, _INK = "#FBFBF9", "#DEDEDA", "#555555"
@@ -54,7 +54,8 @@ def draw_plan(axes: Axes, scene: Scene, shown: list[tuple[int, int]]) -> None:
     points = to_points(axes, positions)
     reach = 2 * badge_radius_pt(len(placed))
     spots = [np.concatenate([points[[i]], around(points[i], reach, 3.0)]) for i in placed]
-    taken = draw_badges(axes, spots, placed, [colour_of(i) for i in placed], with_dots=True)
+    numbers, colours = [number_text(scene, i) for i in placed], [colour_of(i) for i in placed]
+    taken = draw_badges(axes, spots, numbers, colours, with_dots=True)
     texts = [short_pair_text(scene.distances, a, b) for a, b in shown]
     ends = [(points[a], points[b]) for a, b in shown]
     draw_pair_labels(axes, ends, texts, line_colours(scene.distances, shown), taken, Obstacles.none())

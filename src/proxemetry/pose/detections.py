@@ -14,6 +14,8 @@ from numpy.typing import NDArray
 from ..arrays import FloatArray
 from ..errors import ModelError
 from ..overlap import iou, pairwise_iou
+from ..people.rival import Rival
+from .rivals import rivals_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,25 +23,36 @@ class Detections:
     """N boxes of people, shape (N, 4), with scores 0..1, shape (N,).
 
     keypoints_px, keypoint_scores: shapes (N, K, 2) and (N, K), the points that the network gives with each box; K is 0
-    where it gives none, scores are NaN where it does not score them.
+    where it gives none, scores are NaN where it does not score them. rivals: of each box what else it may be, None
+    where the network gives nothing else.
     """
 
     boxes_px: FloatArray
     scores: FloatArray
     keypoints_px: FloatArray = field(default_factory=lambda: np.zeros((0, 0, 2)))
     keypoint_scores: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
+    rivals: tuple[Rival | None, ...] = ()
 
     def __post_init__(self) -> None:
         if len(self.keypoints_px) != len(self.boxes_px):
             object.__setattr__(self, "keypoints_px", np.zeros((len(self.boxes_px), 0, 2)))
         if self.keypoint_scores.shape != self.keypoints_px.shape[:2]:
             object.__setattr__(self, "keypoint_scores", np.full(self.keypoints_px.shape[:2], np.nan))
+        if not self.rivals:
+            object.__setattr__(self, "rivals", (None,) * len(self.boxes_px))
 
     def __len__(self) -> int:
         return len(self.boxes_px)
 
     def __getitem__(self, rows: NDArray[np.bool_] | NDArray[np.intp] | slice) -> Detections:
-        return Detections(self.boxes_px[rows], self.scores[rows], self.keypoints_px[rows], self.keypoint_scores[rows])
+        rivals = tuple(self.rivals[row] for row in np.arange(len(self))[rows])
+        return Detections(
+            self.boxes_px[rows], self.scores[rows], self.keypoints_px[rows], self.keypoint_scores[rows], rivals
+        )
+
+    def placed(self, boxes_px: FloatArray) -> Detections:
+        """Return the same with other boxes, without points."""
+        return Detections(boxes_px, self.scores, rivals=self.rivals)
 
     @property
     def centres_px(self) -> FloatArray:
@@ -61,6 +74,7 @@ def joined(parts: list[Detections]) -> Detections:
         np.concatenate([p.scores for p in parts]),
         np.concatenate([p.keypoints_px for p in parts]),
         np.concatenate([p.keypoint_scores for p in parts]),
+        tuple(rival for p in parts for rival in p.rivals),
     )
 
 
@@ -90,9 +104,15 @@ def decode_yolox(
         )
     scores = raw[:, 4].astype(float) * raw[:, 5 + person]
     rows = np.flatnonzero(scores >= least)
-    centres = (raw[rows, :2] + cells[rows]) * strides[rows]
-    halves = np.exp(raw[rows, 2:4].astype(float)) * strides[rows] / 2
-    return Detections(np.concatenate([centres - halves, centres + halves], axis=1), scores[rows])
+
+    def boxes_of(rows: NDArray[np.intp]) -> FloatArray:
+        centres = (raw[rows, :2] + cells[rows]) * strides[rows]
+        halves = np.exp(raw[rows, 2:4].astype(float)) * strides[rows] / 2
+        return np.concatenate([centres - halves, centres + halves], axis=1)
+
+    boxes = boxes_of(rows)
+    rivals = rivals_of(boxes, scores[rows], raw[:, 4:5] * raw[:, 5:], person, boxes_of) if len(rows) else ()
+    return Detections(boxes, scores[rows], rivals=rivals)
 
 
 def decode_boxes(
@@ -119,8 +139,14 @@ def decode_ultralytics(
     if raw.ndim != 2 or raw.shape[1] <= 4 + person:
         raise ModelError(f"the detector answers {outputs[0].shape}: expected (1, 4 + classes, N)")
     scores = raw[:, 4 + person].astype(float)
-    raw, scores = raw[scores >= least].astype(float), scores[scores >= least]
-    return Detections(np.concatenate([raw[:, :2] - raw[:, 2:4] / 2, raw[:, :2] + raw[:, 2:4] / 2], axis=1), scores)
+    rows = np.flatnonzero(scores >= least)
+
+    def boxes_of(rows: NDArray[np.intp]) -> FloatArray:
+        sides = raw[rows, :4].astype(float)
+        return np.concatenate([sides[:, :2] - sides[:, 2:] / 2, sides[:, :2] + sides[:, 2:] / 2], axis=1)
+
+    boxes = boxes_of(rows)
+    return Detections(boxes, scores[rows], rivals=rivals_of(boxes, scores[rows], raw[:, 4:], person, boxes_of))
 
 
 def decode_nanodet(
@@ -138,13 +164,17 @@ def decode_nanodet(
         shapes = ", ".join(str(part.shape) for part in outputs)
         raise ModelError(f"the detector answers {shapes}, which is no NanoDet head for {size[0]} x {size[1]}")
     rows = np.flatnonzero(classes[:, person] >= least)
-    logits = sides[rows].reshape(len(rows), 4, sides.shape[1] // 4).astype(float)
-    chances = np.exp(logits - logits.max(axis=-1, initial=-np.inf, keepdims=True))
-    bins = np.arange(logits.shape[-1])
-    distances = (chances @ bins) / chances.sum(axis=-1) * strides[rows]
-    middles = (cells[rows] + 0.5) * strides[rows]
-    boxes = np.concatenate([middles - distances[:, :2], middles + distances[:, 2:]], axis=1)
-    return Detections(boxes, classes[rows, person].astype(float))
+
+    def boxes_of(rows: NDArray[np.intp]) -> FloatArray:
+        logits = sides[rows].reshape(len(rows), 4, sides.shape[1] // 4).astype(float)
+        chances = np.exp(logits - logits.max(axis=-1, initial=-np.inf, keepdims=True))
+        bins = np.arange(logits.shape[-1])
+        distances = (chances @ bins) / chances.sum(axis=-1) * strides[rows]
+        middles = (cells[rows] + 0.5) * strides[rows]
+        return np.concatenate([middles - distances[:, :2], middles + distances[:, 2:]], axis=1)
+
+    boxes, scores = boxes_of(rows), classes[rows, person].astype(float)
+    return Detections(boxes, scores, rivals=rivals_of(boxes, scores, classes, person, boxes_of))
 
 
 def suppressed(found: Detections, most_overlap: float) -> Detections:

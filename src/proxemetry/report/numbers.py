@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -16,11 +17,14 @@ from ..archive.figures.restriction import counted
 from ..archive.figures.summary import Share
 from ..archive.store.duck import attached, quoted
 from ..archive.store.folder import Folder
+from ..archive.store.queries import with_columns
 from ..arrays import FloatArray, nan_if_none
 from ..camera import FocalBasis
 from ..distances import ZONE_LIMITS_M, ZONES
 from ..intervals import HALF_WIDTH_SD
 from ..people.attributes import PairsWhere
+from ..people.doubts import PersonDoubt
+from ..tables import DOUBT, NO_DOUBT, TABLES, reasons_in
 
 #: Histogram: edges in metres, each about a quarter above the one before, so that Hall's limits are among them; what
 #: lies before the first or beyond the last is a bar of its own.
@@ -90,6 +94,7 @@ class Numbers:
     unplaced: list[tuple[str, int]]
     focal_sources: list[tuple[str, int]]
     flags: list[tuple[str, int]]
+    doubts: list[tuple[PersonDoubt, int]]
     on_ground: float
     nearest: Distances
     every: Distances
@@ -138,6 +143,7 @@ def count(folder: Folder, group_by: str, n_sample: int, n_listed: int, where: Pa
         flags=_counted(
             duck, "flag", "(SELECT unnest(string_split(camera_flags, '; ')) flag FROM report_photos) WHERE flag != ''"
         ),
+        doubts=_doubts(duck),
         on_ground=float(on_ground),
         nearest=_distances(duck, "report_nearest"),
         every=_distances(duck, "(SELECT * FROM report_pairs WHERE distance_m NOTNULL)"),
@@ -174,6 +180,15 @@ def _counted(duck: Any, what: str, source: str) -> list[tuple[str, int]]:
         f"SELECT {what} AS what, count(*) AS n FROM {source} GROUP BY what ORDER BY n DESC, what LIMIT 12"
     ).fetchall()
     return [(str(what), int(n)) for what, n in rows]
+
+
+def _doubts(duck: Any) -> list[tuple[PersonDoubt, int]]:
+    """Return how many people have each doubt; none of people measured before it was asked."""
+    people = with_columns("report_people", TABLES["people"])
+    found: Counter[str] = Counter()
+    for text, n in _counted(duck, DOUBT, f"{people} WHERE {DOUBT} <> '{NO_DOUBT}'"):
+        found.update(dict.fromkeys(reasons_in(text), n))
+    return [(PersonDoubt(reason), n) for reason, n in found.most_common()]
 
 
 def _listed(duck: Any, order: str, count: int) -> list[Pair]:

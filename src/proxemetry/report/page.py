@@ -179,8 +179,13 @@ def _refusals(numbers: Numbers) -> str:
     return (
         f"<section><h2>What was and was not measured</h2>{_counts('Photos', statuses)}"
         f"{_counts('Why photos have no distances', numbers.refusals)}"
-        f"{_counts('Why people have no place', numbers.unplaced)}</section>"
+        f"{_counts('Why people have no place', numbers.unplaced)}"
+        f"{_counts('People who may be none, or counted twice', _doubts(numbers))}</section>"
     )
+
+
+def _doubts(numbers: Numbers) -> list[tuple[str, int]]:
+    return [(doubt.words, n) for doubt, n in numbers.doubts]
 
 
 def _cameras(numbers: Numbers) -> str:

@@ -11,13 +11,16 @@ from .codebook import (
     rows_about,
 )
 from .column import Column, Value
+from .doubt_columns import DOUBT, NO_DOUBT, column_of_doubt, reasons_in
 from .photo_columns import safe_distance_columns
 from .rows import TABLES, all_columns, rows
 
 __all__ = [
     "CORRECTIONS",
+    "DOUBT",
     "ENDS",
     "MOST_COLUMNS",
+    "NO_DOUBT",
     "PREFIX",
     "TABLES",
     "Column",
@@ -28,8 +31,10 @@ __all__ = [
     "codebook_markdown",
     "codebook_rows",
     "column_name",
+    "column_of_doubt",
     "csv_about",
     "markdown_table",
+    "reasons_in",
     "rows",
     "rows_about",
     "safe_distance_columns",

@@ -8,7 +8,9 @@ from collections.abc import Callable
 from ..distances import UNCERTAIN, ZONES
 from ..proxemics import ORIENTATIONS, phase_of
 from ..scene import Scene
+from .attribute_columns import ENDS
 from .column import LEVEL_TEXT, Column, Value
+from .doubt_columns import column_of_doubt, doubt_text
 
 
 def _pair(matrix: str) -> Callable[[Scene, int, int], Value]:
@@ -36,6 +38,10 @@ def _pair_reason(scene: Scene, a: int, b: int) -> Value:
 
 def _on_ground(scene: Scene, a: int, b: int) -> Value:
     return scene.distances.on_ground if math.isfinite(scene.distances.distance_m[a, b]) else None
+
+
+def _doubt(end: str) -> Callable[[Scene, int, int], Value]:
+    return lambda s, a, b: doubt_text(s, a if end == ENDS[0] else b)
 
 
 PAIRS = (
@@ -92,5 +98,9 @@ PAIRS = (
             _orientation_probability(k),
         )
         for k, name in enumerate(ORIENTATIONS)
+    ),
+    *(
+        Column(column_of_doubt(end), "VARCHAR", "", f"doubt about person_{end}, see people", _doubt(end))
+        for end in ENDS
     ),
 )  # fmt: skip

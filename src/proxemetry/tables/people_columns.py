@@ -9,6 +9,7 @@ from ..people.skeleton import PARTS
 from ..proxemics import SHOTS
 from ..scene import Scene
 from .column import LEVEL_TEXT, Column, Value
+from .doubt_columns import DOUBT, MEANING, doubt_text
 
 _DEGREES = 180 / math.pi
 
@@ -134,6 +135,7 @@ PEOPLE = (
         "true: may be another person of the photo, of a higher score, seen a second time",
         lambda s, i: bool(s.possible_duplicates[i]),
     ),
+    Column(DOUBT, "VARCHAR", "", MEANING, doubt_text),
     Column(
         "stated_depth_m", "DOUBLE", "m", "depth along the optical axis as another instrument measured it",
         lambda s, i: float(s.people.depth_m[i]),

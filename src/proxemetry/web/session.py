@@ -55,6 +55,7 @@ FILTERS: dict[str, Callable[[PhotoCard, frozenset[str]], bool]] = {
     "nobody": lambda s, m: s.status == "ok" and s.n_people == 0,
     "camera": lambda s, m: s.doubtful or s.status == "no_camera",
     "doubles": lambda s, m: s.duplicates > 0,
+    "doubts": lambda s, m: s.doubts > 0,
     "failed": lambda s, m: s.status == "failed",
     "corrected": lambda s, m: bool(m - {"checked", "note"}),
     "excluded": lambda s, m: s.status == "excluded",
@@ -72,6 +73,7 @@ SORTS: dict[str, Callable[[PhotoCard], Any]] = {
     "uncertain": lambda s: _missing_last(s.spread, descending=True),
     "nearest": lambda s: _missing_last(s.nearest_m),
     "people": lambda s: -s.n_people,
+    "doubts": lambda s: -s.doubts,
 }
 
 

@@ -15,6 +15,7 @@ from ..arrays import FloatArray
 from ..camera import Camera
 from ..distances import UNCERTAIN
 from ..intervals import HALF_WIDTH_SD
+from ..people.doubts import in_words
 from ..plots.faces import heads_px
 from ..plots.geometry import anchors_px, camera_as_fitted, ellipse, field_of_view, ground_positions
 from ..plots.pair_selection import UNPLACED_COLOUR, camera_text, colour_of, pairs_shown, text_on
@@ -47,6 +48,7 @@ def summary_view(photo_id: int, summary: PhotoCard, marks: Sequence[str]) -> dic
         "doubtful": summary.doubtful,
         "assumed": summary.assumed,
         "duplicates": summary.duplicates,
+        "doubts": summary.doubts,
         "corrections": summary.corrections,
         "marks": list(marks),
     }
@@ -122,6 +124,7 @@ def _people(scene: Scene) -> list[dict[str, Any]]:
             "head": numbers(heads[i], 1),
             "anchor": numbers(anchors[i], 1),
             "score": number(people.person_scores[i], 2),
+            "doubt": in_words(people, i, scene.doubts[i]),
             "placed": bool(bodies.placed[i]),
             "reason": bodies.reasons[i],
             "basis": bodies.basis[i],

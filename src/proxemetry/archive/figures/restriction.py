@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from ...people.attributes import PairsWhere, compared
-from ...tables import ENDS, PREFIX, column_name
+from ...tables import DOUBT, ENDS, PREFIX, column_name, column_of_doubt, reasons_in
 from ..store.duck import attached, named, quoted
 from ..store.folder import Folder
+from ..store.queries import stored
 
 
 @dataclass(frozen=True)
@@ -30,11 +33,17 @@ def counted(folder: Folder, where: PairsWhere | None) -> Counted:
     photos, people, pairs = (f"read_parquet({quoted(folder.path(f'{t}.parquet'))})" for t in _TABLES)
     if where is None:
         return Counted(photos, people, pairs)
-    known = _known(attached(folder, threads=None), people, where)
-    where.require_some(known)
-    wanted = {key: [v for v in known[key] if compared(v) in values] for key, values in where.accepted.items()}
-    some = f"(SELECT * FROM {people} WHERE {_holds(wanted)})"
-    both = f"(SELECT * FROM {pairs} WHERE {' AND '.join(_holds(wanted, end) for end in ENDS)})"
+    people, pairs = stored(folder, "people"), stored(folder, "pairs")
+    duck = attached(folder, threads=None)
+    recorded = _recorded(duck, people)
+    known = _known(duck, people, where, recorded)
+    where.require_some({key: values if key in recorded else _by_reason(values) for key, values in known.items()})
+    conditions = [
+        _Condition(key, key in recorded, [v for v in known[key] if _meant(v, values, key in recorded)])
+        for key, values in where.accepted.items()
+    ]
+    some = f"(SELECT * FROM {people} WHERE {_holds(conditions)})"
+    both = f"(SELECT * FROM {pairs} WHERE {' AND '.join(_holds(conditions, end) for end in ENDS)})"
     # The row numbers of the file stay those of the photos: summaries go by them.
     listed = photos.removesuffix(")") + ", file_row_number = true)"
     numbered = (
@@ -49,24 +58,61 @@ def counted(folder: Folder, where: PairsWhere | None) -> Counted:
 _TABLES = ("photos", "people", "pairs")
 
 
-def _known(duck: Any, people: str, where: PairsWhere) -> dict[str, dict[str, int]]:
-    """Return the attributes that people have; of those asked for with their values and how many have each."""
+@dataclass(frozen=True)
+class _Condition:
+    """What has to hold of a person: the value of an attribute that a recording stated, or of the column of doubts."""
+
+    key: str
+    is_recorded: bool
+    values: list[str]
+
+    def holds(self, end: str) -> str:
+        """Return it as SQL, of a person or of one of a pair."""
+        return f"{_column(self.key, self.is_recorded, end)} IN ({', '.join(map(quoted, self.values))})"
+
+
+def _column(key: str, is_recorded: bool, end: str = "") -> str:
+    return named(column_name(key, end) if is_recorded else column_of_doubt(end))
+
+
+def _recorded(duck: Any, people: str) -> set[str]:
+    """Return the attributes that recordings stated of people."""
     columns = [name for name, *_ in duck.execute(f"DESCRIBE SELECT * FROM {people}").fetchall()]
-    known: dict[str, dict[str, int]] = {name.removeprefix(PREFIX): {} for name in columns if name.startswith(PREFIX)}
+    return {name.removeprefix(PREFIX) for name in columns if name.startswith(PREFIX)}
+
+
+def _known(duck: Any, people: str, where: PairsWhere, recorded: set[str]) -> dict[str, dict[str, int]]:
+    """Return what can be asked for, attributes and doubts; of what is asked for with its values and how many have each.
+
+    An attribute that a recording calls as the column of doubts is called is the attribute.
+    """
+    known: dict[str, dict[str, int]] = {key: {} for key in sorted(recorded | ({DOUBT} & where.accepted.keys()))}
     for key in where.accepted:
         if key in known:
-            column = named(column_name(key))
-            known[key] = dict(
-                duck.execute(f"SELECT {column}, count(*) FROM {people} WHERE {column} NOTNULL GROUP BY 1").fetchall()
+            column = _column(key, key in recorded)
+            found = duck.execute(
+                f"SELECT {column}, count(*) FROM {people} WHERE {column} NOTNULL GROUP BY 1 ORDER BY 1"
             )
+            known[key] = dict(found.fetchall())
     return known
 
 
-def _holds(wanted: dict[str, list[str]], end: str = "") -> str:
+def _by_reason(texts: dict[str, int]) -> dict[str, int]:
+    """Return how many people have each doubt, out of how many have each text of the tables."""
+    count: Counter[str] = Counter()
+    for text, people in texts.items():
+        count.update(dict.fromkeys(reasons_in(text), people))
+    return dict(count)
+
+
+def _meant(value: str, accepted: frozenset[str], is_recorded: bool) -> bool:
+    """Whether a value in the tables is one that is asked for; of several doubts about a person any will do."""
+    return any(compared(part) in accepted for part in ([value] if is_recorded else reasons_in(value)))
+
+
+def _holds(conditions: Sequence[_Condition], end: str = "") -> str:
     """Return the SQL of a person, or of one of a pair, having one of the values of every attribute."""
-    return " AND ".join(
-        f"{named(column_name(key, end))} IN ({', '.join(map(quoted, values))})" for key, values in wanted.items()
-    )
+    return " AND ".join(condition.holds(end) for condition in conditions)
 
 
 def nearest_of(pairs: str) -> str:

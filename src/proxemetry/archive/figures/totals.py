@@ -8,8 +8,10 @@ from typing import Any
 
 from ...camera import FocalBasis, FocalSource
 from ...distances import UNCERTAIN, ZONES
+from ...tables import DOUBT, NO_DOUBT
 from ..store.duck import attached, quoted
 from ..store.folder import Folder
+from ..store.queries import stored
 from .focal_bases import focal_bases
 
 
@@ -20,7 +22,7 @@ class Totals:
     photos: of which measured, failed, no_camera, excluded. bases: what the focal lengths of the measured rest on;
     untold: of the assumed, where nothing at all was known. copies: photos whose file is another's too. people: found;
     nearest_m: the median distance to the nearest other person of the with_nearest who have one. duplicates: people who
-    may be others seen a second time. pairs: with a distance.
+    may be others seen a second time; doubtful: these and others who may be no people. pairs: with a distance.
     median_m: of the distances; None without any. zone_shares: expected share of the pairs in each of Hall's zones;
     empty without pairs. uncertain: pairs in no zone more likely than not. safe_distance_m: of the run, None where none
     was asked for; below_safe: pairs nearer.
@@ -38,6 +40,7 @@ class Totals:
     nearest_m: float | None
     with_nearest: int
     duplicates: int
+    doubtful: int
     pairs: int
     median_m: float | None
     zone_shares: Mapping[str, float]
@@ -77,7 +80,8 @@ def totals(folder: Folder) -> Totals:
     nearest = _one_row(
         folder,
         f"SELECT median(nearest_m) nearest_m, count(nearest_m) with_nearest, "
-        f"count(*) FILTER (possible_duplicate) duplicates FROM {_table(folder, 'people')}",
+        f"count(*) FILTER (possible_duplicate) duplicates, count(*) FILTER ({DOUBT} <> '{NO_DOUBT}') doubtful "
+        f"FROM {stored(folder, 'people')}",
     )
     expected = ", ".join(f"sum(p_{zone}) {zone}" for zone in ZONES)
     pairs = _one_row(

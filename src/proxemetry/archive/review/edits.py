@@ -148,7 +148,7 @@ def _joined(one: People, other: People) -> People:
     )  # fmt: skip
     return People(
         one.skeleton, **{name: np.concatenate([getattr(one, name), getattr(other, name)]) for name in arrays},
-        source=one.source, attributes=[*one.attributes, *other.attributes],
+        source=one.source, attributes=[*one.attributes, *other.attributes], rivals=[*one.rivals, *other.rivals],
     )  # fmt: skip
 
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from ...arrays import nan_if_none
 from ...scene import Scene
+from ...tables import DOUBT, NO_DOUBT
 from . import parts
 from .duck import attached
 from .results import Results
@@ -21,7 +22,8 @@ class PhotoCard:
 
     group: the folder it lies in. nearest_m: the nearest pair's distance. spread: the widest of its intervals relative
     to the distance; NaN where there is none. doubtful: the camera carries a flag or a guessed focal length; assumed:
-    the latter. duplicates: people who may be others seen a second time. camera: maker and model as the file names them.
+    the latter. duplicates: people who may be others seen a second time; doubts: these, and those who may be no
+    people. camera: maker and model as the file names them.
     """
 
     photo: str
@@ -37,6 +39,7 @@ class PhotoCard:
     camera: str | None = None
     assumed: bool = False
     duplicates: int = 0
+    doubts: int = 0
 
     @property
     def group(self) -> str:
@@ -63,6 +66,7 @@ def card_of(scene: Scene) -> PhotoCard:
         _camera_name(scene.about.camera_make, scene.about.camera_model),
         scene.camera.is_assumed,
         int(scene.possible_duplicates.sum()),
+        sum(map(bool, scene.doubts)),
     )
 
 
@@ -82,7 +86,8 @@ def cards(results: Results) -> list[PhotoCard]:
             "list_min(list_transform(pairs, lambda p: p.distance_m)), "
             "list_max(list_transform(pairs, lambda p: (p.high_m - p.low_m) / p.distance_m)), "
             "coalesce(camera_flags, '') != '' OR coalesce(focal_assumed, false), camera_make, camera_model, "
-            "coalesce(focal_assumed, false), len(list_filter(people, lambda p: p.possible_duplicate)) "
+            "coalesce(focal_assumed, false), len(list_filter(people, lambda p: p.possible_duplicate)), "
+            f"len(list_filter(people, lambda p: p.{DOUBT} <> '{NO_DOUBT}')) "
             f"FROM {parts.every_row(results.folder)} ORDER BY photo"
         )
         .fetchall()
@@ -102,8 +107,10 @@ def cards(results: Results) -> list[PhotoCard]:
             camera=_camera_name(make, model),
             assumed=assumed,
             duplicates=twice or 0,
+            doubts=doubts or 0,
         )
-        for photo, sha256, status, reason, people, pairs, nearest, spread, doubtful, make, model, assumed, twice in rows
+        for photo, sha256, status, reason, people, pairs, *figures in rows
+        for nearest, spread, doubtful, make, model, assumed, twice, doubts in [figures]
     ]
 
 

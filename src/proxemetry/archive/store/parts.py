@@ -195,9 +195,14 @@ def state(folder: Folder) -> str:
 
 
 def every_row(folder: Folder, *, with_names: bool = False) -> str:
-    """Return the rows of all parts as SQL to select from; there must be a part. with_names: with their `filename`."""
+    """Return the rows of all parts as SQL to select from; there must be a part. with_names: with their `filename`.
+
+    What parts that are older than a column do not have is empty.
+    """
     files = ", ".join(quoted(folder.path(name)) for name in names_of(folder))
-    return f"read_parquet([{files}]{', filename = true' if with_names else ''})"
+    rows = f"read_parquet([{files}]{', filename = true' if with_names else ''})"
+    none = f"SELECT unnest(from_json('[]'::JSON, {quoted(structure())}), max_depth := 2)"
+    return f"(FROM {rows} UNION ALL BY NAME {none})"
 
 
 def write(folder: Folder, shard: int, records: Iterable[Record], metadata: Mapping[str, str]) -> None:

@@ -7,8 +7,9 @@ from collections.abc import Sequence
 from typing import Any
 
 from ...files import FORMULA
-from ...tables import ENDS, MOST_COLUMNS, TABLES, attribute_columns, column_name, safe_distance_columns
+from ...tables import ENDS, MOST_COLUMNS, TABLES, Column, attribute_columns, column_name, safe_distance_columns
 from .duck import named, quoted
+from .folder import Folder
 
 
 def attributes_in(duck: Any) -> tuple[str, ...]:
@@ -50,6 +51,17 @@ def table_query(table: str, safe_distance_m: float | None, attributes: Sequence[
         for end in (ENDS if attributes else ())
     )
     return f"SELECT {columns}{said} FROM {_nested('pairs')}{people} ORDER BY photo, person_a, person_b"
+
+
+def stored(folder: Folder, table: str) -> str:
+    """Return a table of a results folder as SQL to select from, with the columns that it was written before, empty."""
+    return with_columns(f"read_parquet({quoted(folder.path(f'{table}.parquet'))})", TABLES[table])
+
+
+def with_columns(rows: str, columns: Sequence[Column]) -> str:
+    """Return rows as SQL to select from, with those of the columns that they lack, empty, behind their own."""
+    nothing = ", ".join(f"NULL::{column.kind} AS {named(column.name)}" for column in columns)
+    return f"(FROM {rows} UNION ALL BY NAME SELECT * FROM (SELECT {nothing}) WHERE false)"
 
 
 def _nested(table: str) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from types import MappingProxyType
 
 import numpy as np
@@ -77,7 +78,7 @@ class OnnxBackend:
             people = self._one_stage(found)
         else:
             inside = np.tile((pixels.shape[1], pixels.shape[0]), 2)
-            found = Detections(found.boxes_px.clip(0, inside), found.scores)
+            found = found.placed(found.boxes_px.clip(0, inside))
             pixels, found = self._closer_look(photo, pixels, self._distinct(found))
             people = self._top_down(pixels, found)
         height, width = pixels.shape[:2]
@@ -108,7 +109,7 @@ class OnnxBackend:
             return pixels, found
         wanted = min(1.0, decoded / photo.width * size[1] / max(smallest, 1.0)) * max(photo.width, photo.height)
         pixels = photo.pixels(int(np.ceil(wanted)))
-        return pixels, Detections(found.boxes_px * (pixels.shape[1] / decoded), found.scores)
+        return pixels, found.placed(found.boxes_px * (pixels.shape[1] / decoded))
 
     def _top_down(self, pixels: RGBArray, found: Detections) -> People:
         if not len(found):
@@ -116,7 +117,7 @@ class OnnxBackend:
         keypoints, scores = self._keypoints(pixels, found)
         if self.options.flip or self.options.effort == "thorough":
             keypoints, scores = self._flip_averaged(pixels, found, keypoints, scores)
-        return People(self.skeleton, keypoints, scores, found.boxes_px, found.scores)
+        return People(self.skeleton, keypoints, scores, found.boxes_px, found.scores, rivals=found.rivals)
 
     def _keypoints(self, pixels: RGBArray, found: Detections, flip: bool = False) -> tuple[FloatArray, FloatArray]:
         """Return keypoints (N, K, 2) and scores (N, K) of the boxes, seen in a mirror with `flip`."""
@@ -154,7 +155,9 @@ class OnnxBackend:
         if not len(found):
             return People.none(self.skeleton)
         self._check_joints(self.specification.detector.file, found.keypoints_px.shape[1])
-        return People(self.skeleton, found.keypoints_px, found.keypoint_scores, found.boxes_px, found.scores)
+        return People(
+            self.skeleton, found.keypoints_px, found.keypoint_scores, found.boxes_px, found.scores, rivals=found.rivals
+        )
 
     def _check_joints(self, file: str, count: int) -> None:
         if count != len(self.skeleton):
@@ -169,7 +172,7 @@ class OnnxBackend:
         # a joint that should be there and is not speaks against the person, one beyond the photo's edge does not
         joint_mean = scores.sum(axis=1) / np.maximum(inside.sum(axis=1), 1)
         person_scores = np.sqrt(people.person_scores * joint_mean)
-        people = People(self.skeleton, points, scores, people.boxes_px, person_scores, source=self.name)
+        people = replace(people, scores=scores, person_scores=person_scores, source=self.name)
         shows_a_trunk = (np.stack([people.joint_score(j) for j in _TRUNK]) > 0).any(axis=0)
         is_person = (person_scores >= spec.person_score) & shows_a_trunk & (_share_inside(people) >= spec.least_inside)
         return distinct(people[is_person], spec.most_similar)

@@ -61,8 +61,9 @@ class PhotoNetwork:
             self.network.run_one(normalised(canvas[None], spec, self.network)), self.size, spec.person, least
         )
         placed = Detections(
-            at.boxes_to_photo(found.boxes_px), found.scores, at.to_photo(found.keypoints_px), found.keypoint_scores
-        )
+            at.boxes_to_photo(found.boxes_px), found.scores, at.to_photo(found.keypoints_px), found.keypoint_scores,
+            found.rivals,
+        )  # fmt: skip
         return uncut(placed, region, (pixels.shape[1], pixels.shape[0]))
 
 

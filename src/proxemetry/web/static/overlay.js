@@ -77,7 +77,7 @@ export class Overlay extends ZoomedPhoto {
     const width = (many ? 2 : 3) * unit;
     const lines = (kind, extra) => p.bones.map(([x1, y1, x2, y2]) =>
       svg("line", { class: kind, x1, y1, x2, y2, "stroke-width": width + extra, stroke: kind === "bone" ? p.colour : null }));
-    const group = svg("g", { class: `person${p.placed ? "" : " unplaced"}`, "data-person": p.number });
+    const group = svg("g", { class: `person${p.placed ? "" : " unplaced"}${p.doubt ? " doubtful" : ""}`, "data-person": p.number });
     if (p.box) {
       const [x, y, x1, y1] = p.box;
       const frame = { x, y, width: x1 - x, height: y1 - y };
@@ -97,11 +97,12 @@ export class Overlay extends ZoomedPhoto {
   }
 
   badge(p, [x, y], radius) {
-    const label = p.placed ? `Person ${p.number}` : `Person ${p.number}, without a place: ${p.reason}`;
+    const place = p.placed ? `Person ${p.number}` : `Person ${p.number}, without a place: ${p.reason}`;
+    const label = p.doubt ? `${place}; doubtful: ${p.doubt}` : place;
     const group = svg("g", { class: "badge", "data-person": p.number, role: "button", tabindex: 0, "aria-label": label,
       onclick: () => this.on.choose(p.number), onkeydown: (e) => e.key === " " && (e.preventDefault(), this.on.choose(p.number)) },
     svg("circle", { cx: x, cy: y, r: radius, fill: p.colour, "stroke-width": radius / 9 }),
-    svg("text", { x, y, fill: p.ink, "font-size": radius * 1.15, text: p.number }));
+    svg("text", { x, y, fill: p.ink, "font-size": radius * 1.15, text: p.doubt ? `${p.number}?` : p.number }));
     group.append(svg("title", { text: label }));
     this.linked(group, { person: p.number });
     return group;

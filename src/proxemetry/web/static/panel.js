@@ -88,14 +88,16 @@ export class Panel {
 
   people() {
     if (!this.fields.people.length) return html("p", { class: "hint", text: this.fields.status === "excluded" ? "The photo is excluded." : "Nobody was found. Press A to add a person." });
+    const doubtful = this.fields.people.some((p) => p.doubt);
     const rows = this.fields.people.map((p) => this.row({ "data-person": p.number }, { person: p.number },
       html("th", { scope: "row" }, html("button", { type: "button", class: "plain", "aria-label": `Choose person ${p.number}`, onclick: () => this.on.choose(p.number) }, this.dot(p.number))),
       html("td", { class: "num", text: p.ground ? metres(p.ground[1]) : "" }),
       html("td", { text: p.placed ? p.basis.replaceAll("+", ", ") : p.reason ?? "no place" }),
       html("td", { text: [SIZES[p.size] ?? p.size, p.off_floor && "off the floor"].filter(Boolean).join(", ") }),
-      html("td", { class: "num", text: p.score === null ? "" : p.score.toFixed(2) })));
+      html("td", { class: "num", text: p.score === null ? "" : p.score.toFixed(2) }),
+      doubtful && html("td", { text: p.doubt })));
     return html("table", {},
-      html("thead", {}, html("tr", {}, ["Person", "Ahead", "Placed by", "Stated", "Score"].map((text, k) =>
+      html("thead", {}, html("tr", {}, ["Person", "Ahead", "Placed by", "Stated", "Score", ...(doubtful ? ["Doubtful"] : [])].map((text, k) =>
         html("th", { scope: "col", class: [1, 4].includes(k) ? "num" : null, text })))),
       html("tbody", {}, rows));
   }

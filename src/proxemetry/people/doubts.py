@@ -1,0 +1,81 @@
+"""Who of the people that a back end reports may be none, or the same one twice: the reasons, each by what was seen.
+
+Nobody is dropped by it. What is marked is for a person to look at; rules and thresholds are measured by
+`benchmarks/networks/doubtful.py`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from enum import StrEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .duplicates import possible_duplicates
+from .people import People
+
+
+class PersonDoubt(StrEnum):
+    """Why somebody may be no person of the photo."""
+
+    POSSIBLE_DUPLICATE = "possible_duplicate"
+    OTHER_CLASS = "other_class"
+    NO_UPPER_BODY = "no_upper_body"
+
+    @property
+    def words(self) -> str:
+        """The same to be read."""
+        return _WORDS[self]
+
+
+_WORDS = {
+    PersonDoubt.POSSIBLE_DUPLICATE: "may be another person seen twice",
+    PersonDoubt.OTHER_CLASS: "may be another kind of thing",
+    PersonDoubt.NO_UPPER_BODY: "legs without a body above",
+}
+
+
+#: A thing that scores at least this part of the person's score in the same place makes a person doubtful, by back end;
+#: of other back ends one that scores as much as the person does.
+LEAST_RIVALS = {"yolox-tinypose": 0.2}
+#: Legs without a body above: the joints of head and shoulders score this part of those from the hips down, or less.
+MOST_UPPER = 0.2
+_UPPER = ("nose", "left_eye", "right_eye", "left_ear", "right_ear", "left_shoulder", "right_shoulder")
+_LOWER = ("left_hip", "right_hip", "left_knee", "right_knee", "left_ankle", "right_ankle")
+#: A box this near to the photo's upper edge, of its height, may be cut by it: what is above is not missing.
+_AT_EDGE = 0.02
+
+
+def doubts_of(people: People) -> tuple[tuple[PersonDoubt, ...], ...]:
+    """Return the reasons of each person, in the order of `PersonDoubt`; none for most."""
+    found = {
+        PersonDoubt.POSSIBLE_DUPLICATE: possible_duplicates(people),
+        PersonDoubt.OTHER_CLASS: _other_class(people),
+        PersonDoubt.NO_UPPER_BODY: _no_upper_body(people),
+    }
+    return tuple(tuple(doubt for doubt, rows in found.items() if rows[i]) for i in range(len(people)))
+
+
+def in_words(people: People, person: int, reasons: Sequence[PersonDoubt]) -> str:
+    """Return a person's doubts to be read; what else the detector sees is named."""
+    rival = people.rivals[person]
+    named = f" ({rival.name})" if rival is not None else ""
+    return ", ".join(d.words + (named if d is PersonDoubt.OTHER_CLASS else "") for d in reasons)
+
+
+def _other_class(people: People) -> NDArray[np.bool_]:
+    """Return in whose place the detector sees another thing nearly as surely as a person, shape (P,)."""
+    ratios = np.array([0.0 if rival is None else rival.ratio for rival in people.rivals], dtype=float)
+    return ratios >= LEAST_RIVALS.get(people.source, 1.0)
+
+
+def _no_upper_body(people: People) -> NDArray[np.bool_]:
+    """Return who shows legs alone although the photo goes on above them, shape (P,).
+
+    Where a skeleton has no such joints, or none of its legs is seen, nothing is missing.
+    """
+    upper, lower = (np.mean([people.joint_score(joint) for joint in joints], axis=0) for joints in (_UPPER, _LOWER))
+    low, high = people.boxes_px[:, 1], people.boxes_px[:, 3]
+    cut_above = ~(low > _AT_EDGE * (high - low))
+    return (lower > 0) & (upper <= MOST_UPPER * lower) & ~cut_above

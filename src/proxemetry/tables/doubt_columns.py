@@ -1,0 +1,31 @@
+"""How doubts about people stand in the tables: in `people`, and of both people of a pair in `pairs`."""
+
+from __future__ import annotations
+
+from ..people.doubts import PersonDoubt
+from ..scene import Scene
+
+#: The column of people, and what stands there where nothing speaks against a person.
+DOUBT, NO_DOUBT = "doubt", "none"
+#: Between several reasons.
+_AND = "+"
+
+MEANING = (
+    f"why this may be no person, or one seen twice: {', '.join(PersonDoubt)}, with {_AND} between them; {NO_DOUBT}: "
+    "nothing speaks against it; empty: measured before it was asked"
+)
+
+
+def column_of_doubt(end: str = "") -> str:
+    """Return how the column is called: of people, or of a pair's person "a" or "b"."""
+    return f"{DOUBT}_{end}" if end else DOUBT
+
+
+def doubt_text(scene: Scene, person: int) -> str:
+    """Return why a person may be none, as the tables have it."""
+    return _AND.join(scene.doubts[person]) or NO_DOUBT
+
+
+def reasons_in(text: str) -> list[str]:
+    """Return the reasons in a text of the tables, "none" alone where there are none."""
+    return text.split(_AND)
