@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from ...anthropometry import CHILD_WEIGHT
 from ...camera import FocalBasis
 from ...intervals import LEVEL
 from ...people.attributes import PairsWhere
@@ -13,20 +14,31 @@ from ..store.folder import Folder
 from .focal_bases import focal_bases
 from .restriction import counted, nearest_of
 
-_WHAT_METHODS_DO = {
-    "scene": (
-        "A joint fit per photo then placed all people at once: bodies of plausible proportions (ANSUR II and CDC body "
-        "measurements) on a shared floor before one camera, each keypoint weighted by its own uncertainty."
-    ),
-    "combined": (
-        "Each person was then placed by the pinhole camera from the one of three body lengths (pupils, shoulders, "
-        "torso) that puts them nearest (Seker et al. 2021, combined)."
-    ),
-}
+_COMBINED = (
+    "Each person was then placed by the pinhole camera from the one of three body lengths (pupils, shoulders, "
+    "torso) that puts them nearest (Seker et al. 2021, combined)"
+)
 _ONE_LENGTH = (
     "Each person was then placed by the pinhole camera from one body length taken as parallel to the sensor "
-    "(Seker et al. 2021, {method})."
+    "(Seker et al. 2021, {method})"
 )
+#: The bodies that the scene fit expects, by `LocateSettings.body_size`.
+_BODIES = {
+    "adults": "bodies of the proportions of adults (ANSUR II body measurements, women and men alike)",
+    "women": "bodies of the proportions of women (ANSUR II body measurements)",
+    "men": "bodies of the proportions of men (ANSUR II body measurements)",
+    "mixed": (
+        "bodies of the proportions of adults and, as {share:.0%} of all, children (ANSUR II and CDC body measurements)"
+    ),
+    "children": "bodies of the proportions of children aged 2 to 14 (CDC body measurements)",
+}
+#: Options that change numbers, by their names in `run.json`, where they are not as they are by default.
+_TURNED = {
+    "undistort": "lens distortion was not corrected",
+    "lines": "straight lines in the pictures were not used",
+    "other_photos": "each photograph was taken by itself, without what others of the same camera model tell",
+    "drone": "what a drone's file states of its height and gimbal was not used",
+}
 
 
 def methods_paragraph(run: Mapping[str, Any], tables: Folder, where: PairsWhere | None = None) -> str:
@@ -41,7 +53,8 @@ def methods_paragraph(run: Mapping[str, Any], tables: Folder, where: PairsWhere 
         duck,
         "SELECT count(*) photos, count(*) FILTER (status = 'ok') measured, count(*) FILTER (status = 'failed') failed, "
         "count(*) FILTER (status = 'no_camera') no_camera, count(*) FILTER (status = 'excluded') excluded, "
-        "count(*) FILTER (corrections > 0) corrected "
+        "count(*) FILTER (corrections > 0) corrected, "
+        "count(*) FILTER (sha256 <> '') - count(DISTINCT sha256) FILTER (sha256 <> '') copies "
         f"FROM {photos}",
     )
     found = _one(duck, f"SELECT count(*) people, count(x_m) placed, median(nearest_m) nearest FROM {people}")
@@ -53,12 +66,13 @@ def methods_paragraph(run: Mapping[str, Any], tables: Folder, where: PairsWhere 
     if where is not None:
         nearest = f"SELECT median(nearest_m) nearest FROM {nearest_of(pairs)}"
         found |= _one(duck, nearest)
-    method = str((run.get("settings") or {}).get("method") or "scene")
+    settings = run.get("settings") or {}
     sentences = [
         f"Interpersonal distances were measured in {_many(counts['photos'], 'photograph')} with proxemetry "
-        f"{run.get('version')}. People were found by the pose back end {run.get('pose')}. "
-        f"{_WHAT_METHODS_DO.get(method, _ONE_LENGTH.format(method=method))}",
+        f"{run.get('version')}. People were found by the pose back end {run.get('pose')}. {_placing(settings)}",
+        _turned(settings),
         _focal_sentence(focal_bases(duck, photos)),
+        _place_sentence(duck, photos),
         _left_out(counts),
         f"In all, {_many(found['people'], 'person', 'people')} were found, of whom {found['placed']:,} could be "
         f"placed, which gave {_many(measured['pairs'], 'pair')}{_whose(where)}.",
@@ -73,6 +87,51 @@ def methods_paragraph(run: Mapping[str, Any], tables: Folder, where: PairsWhere 
     if counts["corrected"]:
         sentences.append(f"{_many(counts['corrected'], 'photograph')} had corrections made by hand in review.")
     return " ".join(filter(None, sentences))
+
+
+def _placing(settings: Mapping[str, Any]) -> str:
+    """Return the sentence on how people were placed, as the settings of `run.json` have it."""
+    method, locate = str(settings.get("method") or "scene"), settings.get("locate") or {}
+    if method != "scene":
+        quirks = ", ".join(locate.get("quirks") or ())
+        peculiarities = f", with the published code's peculiarities {quirks}" if quirks else ""
+        return (_COMBINED if method == "combined" else _ONE_LENGTH.format(method=method)) + peculiarities + "."
+    expected = str(locate.get("body_size") or "mixed")
+    bodies = _BODIES[expected].format(share=locate.get("child_weight", CHILD_WEIGHT))
+    floor = "each for themselves, without a shared floor," if locate.get("floor") == "none" else "on a shared floor"
+    return (
+        f"A joint fit per photo then placed all people at once: {bodies}, {floor} before one camera, each keypoint "
+        "weighted by its own uncertainty."
+    )
+
+
+def _turned(settings: Mapping[str, Any]) -> str:
+    said = [text for name, text in _TURNED.items() if settings.get(name) is False]
+    if settings.get("same_camera"):
+        said.append("photographs that state no focal length were taken to be of one camera and lens, size by size")
+    return f"{'; '.join(said).capitalize()}." if said else ""
+
+
+def _place_sentence(duck: Any, photos: str) -> str:
+    """Return in how many photographs the camera's place was known before the people were seen, and from what."""
+    cursor = duck.execute(
+        f"SELECT mount_source, count(*) FROM {photos} WHERE mount_source IS NOT NULL AND status = 'ok' "
+        "GROUP BY 1 ORDER BY 2 DESC, 1"
+    )
+    rows = cursor.fetchall()
+    if not rows:
+        return ""
+    named = ", ".join(f"{source} ({count:,})" for source, count in rows[:_MOST_NAMED])
+    rest = sum(count for _, count in rows[_MOST_NAMED:])
+    total = sum(count for _, count in rows)
+    return (
+        f"How the camera was held or placed was known beforehand in {_many(total, 'photograph')}: {named}"
+        f"{f', others ({rest:,})' if rest else ''}."
+    )
+
+
+#: So many sources of a camera's place are named.
+_MOST_NAMED = 4
 
 
 def _whose(where: PairsWhere | None) -> str:
@@ -109,6 +168,8 @@ def _left_out(counts: dict[str, Any]) -> str:
         ("excluded", "were excluded in review"),
     )  # fmt: skip
     said = [f"{counts[key]:,} {text}" for key, text in kinds if counts[key]]
+    if counts["copies"]:
+        said.append(f"{counts['copies']:,} {'is' if counts['copies'] == 1 else 'are'} the same file as another")
     return f"Of the photographs, {'; '.join(said)}." if said else ""
 
 
