@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import replace
 
@@ -17,6 +18,7 @@ from proxemetry.camera.lines.focal import ONE_DIRECTION, _moved, focal_profile, 
 from proxemetry.camera.lines.gravity import TOO_FEW
 from proxemetry.camera.lines.mixture import evaluate, lines_of
 from proxemetry.camera.lines.model import N_PARAMETERS, PRIOR, vanishing_points
+from proxemetry.camera.lines.segments import _components, _merged
 from synthetic.line_scenes import STRAIGHT, WITHOUT, LineScene, exact_scene, line_scene
 
 
@@ -224,3 +226,31 @@ def test_why_the_focal_length_stays_open_is_said() -> None:
     wall = exact_scene(0.0, 0.0, 700.0, 640, 480, azimuths_deg=(35.0,), each=40)
     assert read_focal(wall.segments_px, 640, 480) == ONE_DIRECTION
     assert read_focal(np.zeros((0, 4)), 640, 480) == TOO_FEW
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.integers(1, 12), st.lists(st.tuples(st.integers(0, 11), st.integers(0, 11)), max_size=14))
+def test_nodes_go_by_the_lowest_that_they_are_linked_to(count: int, links: list[tuple[int, int]]) -> None:
+    links = [(a, b) for a, b in links if a < count and b < count]
+    ends = np.array(links, dtype=np.intp).reshape(-1, 2)
+    together = np.eye(count, dtype=bool)
+    together[ends[:, 0], ends[:, 1]] = together[ends[:, 1], ends[:, 0]] = True
+    for _ in range(count):
+        together = together @ together
+    assert _components(count, ends[:, 0], ends[:, 1]).tolist() == together.argmax(axis=1).tolist()
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.floats(0, math.pi), st.lists(st.floats(0.05, 0.95), min_size=1, max_size=4, unique=True), st.booleans())
+def test_the_pieces_of_a_line_are_one_and_a_parallel_line_stays_another(
+    angle: float, cuts: list[float], turned: bool
+) -> None:
+    along, across = np.array([math.cos(angle), math.sin(angle)]), np.array([-math.sin(angle), math.cos(angle)])
+    at = [0.0, *sorted(cuts), 1.0]
+    pieces = [np.concatenate([300 + 200 * a * along, 300 + 200 * b * along]) for a, b in itertools.pairwise(at)]
+    beside = np.concatenate([300 + 3 * across, 300 + 3 * across + 200 * along])  # 3 px aside
+    beyond = np.concatenate([300 + 220 * along, 300 + 260 * along])  # a gap of 20 px
+    found = _merged(np.array([*(pieces[::-1] if turned else pieces), beside, beyond]))
+    assert len(found) == 3
+    lengths = np.sort(np.hypot(found[:, 2] - found[:, 0], found[:, 3] - found[:, 1]))
+    np.testing.assert_allclose(lengths, [40, 200, 200], atol=1e-6)

@@ -106,6 +106,17 @@ def _worth(middle: FloatArray, length: FloatArray) -> FloatArray:
 
 def strays(lines: Lines, v: FloatArray | SingleArray) -> tuple[SingleArray, SingleArray]:
     """Return the sines of the angles between segments and vanishing points v (..., 3), and the distances: (..., N)."""
+    across, away2 = across_and_away2(lines, v)
+    away = np.sqrt(away2, out=away2)
+    across /= away
+    return across, away
+
+
+def across_and_away2(lines: Lines, v: FloatArray | SingleArray) -> tuple[SingleArray, SingleArray]:
+    """Return how far vanishing points v (..., 3) lie from lines, and the squared distances from middles, (..., N).
+
+    Both are times v_z, and the distance is at least 1e-6, so that a sine is there in any case.
+    """
     v = v.astype(np.float32)
     across = v @ lines.normal.T
     dx = v[..., :1] - v[..., 2:] * lines.middle[:, 0]
@@ -113,10 +124,7 @@ def strays(lines: Lines, v: FloatArray | SingleArray) -> tuple[SingleArray, Sing
     dx *= dx
     dy *= dy
     dx += dy
-    away = np.sqrt(dx, out=dx)
-    np.maximum(away, 1e-6, out=away)
-    across /= away
-    return across, away
+    return across, np.maximum(dx, 1e-12, out=dx)
 
 
 def nothing_cost(lines: Lines) -> float:
@@ -176,7 +184,8 @@ def evaluate(lines: Lines, rows: FloatArray, shares: FloatArray, prior: Prior) -
     parts = single[:, N_CLUTTER:, None] * (_PEAK / lines.sd_rad)
     parts /= heavy * heavy
     total = parts.sum(axis=1) + single[:, :N_CLUTTER] @ lines.clutter
-    cost = -(np.log(total) @ lines.worth) - ((_SHARES - 1) * np.log(shares)).sum(axis=1) + prior.cost(rows)
+    of_prior = prior.costs(rows)
+    cost = -(np.log(total) @ lines.worth) - ((_SHARES - 1) * np.log(shares)).sum(axis=1) + of_prior.sum(axis=1)
     per_total = lines.worth / total
     belongs = parts * per_total[:, None]
     # d stray / d parameter = n . dv / away: the segments add up before the parameters are looked at
@@ -187,7 +196,7 @@ def evaluate(lines: Lines, rows: FloatArray, shares: FloatArray, prior: Prior) -
     pull /= away
     squares = (pull @ lines.products).astype(float).reshape(-1, N_DIRECTIONS, 3, 3)
     hessian = (by.swapaxes(-1, -2) @ squares @ by).sum(axis=1)
-    precision, prior_slope = prior.pull(rows)
+    precision, prior_slope = prior.pull(rows, of_prior)
     hessian[:, np.arange(N_PARAMETERS), np.arange(N_PARAMETERS)] += precision
     clutter = shares[:, :N_CLUTTER] * (per_total @ lines.clutter.T)
     better = np.concatenate([clutter, belongs.sum(axis=2)], axis=1) + _SHARES - 1

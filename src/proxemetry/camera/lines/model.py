@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -58,18 +59,18 @@ class Prior:
         costs[:, SKEW] = -np.log((1 - self.odd) * np.exp(-costs[:, SKEW]) + self.odd * _ANY_ANGLE)
         return costs
 
-    def pull(self, rows: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return precision and slope of the cost, both (H, 9), reweighted."""
+    def pull(self, rows: FloatArray, costs: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return precision and slope of the cost, both (H, 9), reweighted; costs: those of the rows."""
         away = rows - self.mean
         heavy = np.isfinite(self.tail)
         tail = np.where(heavy, self.tail, 1.0)
         weight = np.where(heavy, (tail + 1) / (tail + (away / self.sd) ** 2), 1.0)
         precision = weight / self.sd**2
         # a skew counts as far as the walls are held for being at right angles
-        precision[:, SKEW] *= 1 - self.odd * _ANY_ANGLE * np.exp(self.costs(rows)[:, SKEW])
+        precision[:, SKEW] *= 1 - self.odd * _ANY_ANGLE * np.exp(costs[:, SKEW])
         return precision, precision * away
 
-    @property
+    @cached_property
     def _peaks(self) -> FloatArray:
         return np.array([log_peak(tail) for tail in self.tail])
 

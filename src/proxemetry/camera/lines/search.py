@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from ...arrays import FloatArray, SingleArray
-from .mixture import Lines, strays
+from .mixture import Lines, across_and_away2
 from .model import AZIMUTH, LOG_F, N_PARAMETERS, PITCH, PRIOR, ROLL, directions
 
 _PITCHES = np.radians(np.concatenate([np.arange(-72.0, -30, 6), np.arange(-30.0, 30.1, 3), np.arange(36.0, 73, 6)]))
@@ -50,12 +50,14 @@ def _along(lines: Lines, d: FloatArray, log_f: float) -> SingleArray:
     """Return the density of segments along directions d (..., 3), (..., N), as blurred as the tables are coarse."""
     f = math.exp(log_f)
     blurred = lines.sd_rad + np.float32(_CELL_RAD)
-    z2 = strays(lines, d * (f, f, 1.0))[0] / blurred
-    z2 *= z2
-    z2 += 1
-    z2 *= np.sqrt(z2)
-    z2 *= blurred / np.float32(0.55)
-    return np.reciprocal(z2, out=z2)
+    across, away2 = across_and_away2(lines, d * (f, f, 1.0))
+    across *= across
+    away2 *= blurred * blurred
+    across /= away2  # the square of how many deviations the line is off
+    across += 1
+    across *= np.sqrt(across)
+    across *= blurred / np.float32(0.55)
+    return np.reciprocal(across, out=across)
 
 
 def _distinct(rows: FloatArray, cost: FloatArray, count: int) -> FloatArray:

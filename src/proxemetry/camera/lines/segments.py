@@ -112,28 +112,32 @@ def _merged(segments: FloatArray) -> FloatArray:
     if count < 2:
         return segments
     ends = segments.reshape(-1, 2, 2)
+    middles = ends.mean(axis=1)
     along = (ends[:, 1] - ends[:, 0]) / _lengths(segments)[:, None]
     across = np.stack([-along[:, 1], along[:, 0]], axis=1)
-    parallel = np.abs(along @ across.T) < math.sin(_PARALLEL_RAD)
-    near = np.zeros_like(parallel)
+    # few pairs are parallel with the middle of one on the other's line; only these are looked at closely
+    aside = across @ middles.T - (across * middles).sum(axis=1)[:, None]
+    parallel = (np.abs(along @ across.T) < math.sin(_PARALLEL_RAD)) & (np.abs(aside) < _ACROSS_PX + 0.01)
     first, second = np.nonzero(np.triu(parallel, 1))
-    away = ends[second] - ends[first].mean(axis=1)[:, None]  # the second's ends, as the first sees them
+    away = ends[second] - middles[first][:, None]  # the second's ends, as the first sees them
     off = np.abs((away * across[first][:, None]).sum(axis=-1)).max(axis=1)
     place = (away * along[first][:, None]).sum(axis=-1)
     half = _lengths(segments)[first] / 2
     gap = np.maximum(place.min(axis=1) - half, -half - place.max(axis=1))
-    near[first, second] = (off < _ACROSS_PX) & (gap < _GAP_PX)
-    group = _components(near | near.T)
+    near = (off < _ACROSS_PX) & (gap < _GAP_PX)
+    group = _components(count, first[near], second[near])
     single = np.bincount(group, minlength=count)[group] == 1
     joined = [_joined(ends[group == k]) for k in np.unique(group[~single])]
     return np.concatenate([segments[single], *joined])
 
 
-def _components(linked: NDArray[np.bool_]) -> NDArray[np.intp]:
-    """Return for each of N nodes the lowest one that it is linked to, by whatever way."""
-    label = np.arange(len(linked))
+def _components(count: int, first: NDArray[np.intp], second: NDArray[np.intp]) -> NDArray[np.intp]:
+    """Return for each of `count` nodes the lowest one that it is linked to, by whatever way; links join two (L,)."""
+    label = np.arange(count)
     while True:
-        lowest = np.minimum(label, np.where(linked, label, len(label)).min(axis=1))
+        lowest = label.copy()
+        np.minimum.at(lowest, first, label[second])
+        np.minimum.at(lowest, second, label[first])
         lowest = lowest[lowest]
         if (lowest == label).all():
             return label
