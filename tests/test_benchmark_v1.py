@@ -18,7 +18,7 @@ from hypothesis import strategies as st
 from proxemetry.assignment import assign
 from proxemetry.benchmark import Labels, Prediction, Predictions, read_labels, read_predictions, score, score_files
 from proxemetry.benchmark.bootstrap import median_interval, ratio_intervals
-from proxemetry.benchmark.v1 import person_sizes_px
+from proxemetry.benchmark.v1 import match, person_sizes_px
 from proxemetry.errors import LabelsError, SettingsError
 from proxemetry.people.skeleton import PARTS
 
@@ -399,3 +399,34 @@ def test_bootstrap_is_the_same_in_pieces(monkeypatch: pytest.MonkeyPatch) -> Non
     whole = median_interval(values, photo, 7), ratio_intervals({"a": (values[:7], np.ones(7))}, 7)
     monkeypatch.setattr("proxemetry.benchmark.bootstrap._CELLS_AT_ONCE", 3000)
     assert (median_interval(values, photo, 7), ratio_intervals({"a": (values[:7], np.ones(7))}, 7)) == whole
+
+
+def _labelled(folder: Path, people: list[dict[str, tuple[float, float]]]) -> Labels:
+    body = [f"P{k},{part},{u},{v},a.jpg,1000,800" for k, parts in enumerate(people) for part, (u, v) in parts.items()]
+    places = ["0,C0,0,0,0", *(f"0,P{k},{1000 * k},0,{5000 + 500 * k}" for k in range(len(people)))]
+    (folder / "body_pixel_locations.csv").write_text("\n".join(body) + "\n")
+    (folder / "ground_truth_locations.csv").write_text("\n".join(places) + "\n")
+    (folder / "camera_locations_photoshoot_identifiers.csv").write_text("0,C0,a.jpg\n")
+    return read_labels(folder)
+
+
+def test_people_of_a_close_up_are_as_large_as_a_share_of_the_picture(tmp_path: Path) -> None:
+    """One part a person tells no size: an eighth of the height, the shoulders to torso of a head-and-shoulders shot."""
+    image = next(iter(_labelled(tmp_path, [{"Shoulder": (200, 300)}, {"Shoulder": (700, 300)}])))
+    assert person_sizes_px(image) == pytest.approx([800 / 8, 800 / 8])
+
+
+@pytest.mark.parametrize("swapped", [False, True])
+def test_the_other_parts_decide_between_two_who_share_a_point(swapped: bool, tmp_path: Path) -> None:
+    heads = [(420.0, 200.0), (580.0, 200.0)][:: -1 if swapped else 1]
+    labels = _labelled(tmp_path, [{"Torso": (500, 400), "Head": head} for head in heads])
+    for order in (1, -1):
+        people = [
+            {"position_mm": [1000 * k, 0, 5000 + 500 * k], "points": {"Torso": [500, 400], "Head": list(head)}}
+            for k, head in enumerate(heads)
+        ][::order]
+        scored = score(labels, answers(tmp_path, photo([*people, person(2)])))
+        assert scored.images[0].n_matched == 2
+        assert scored.overall.pair_error_pct_mean_over_images == pytest.approx(0.0, abs=1e-9)
+        matched = match(next(iter(labels)), answers(tmp_path, photo(people)).images[0])
+        assert matched == ([0, 1], [0, 1] if order == 1 else [1, 0])

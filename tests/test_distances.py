@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from proxemetry.bodies import Bodies, Mode
 from proxemetry.distances import UNCERTAIN, ZONES, ground_frame, measure_distances, zone_of
+from proxemetry.draws import pair_covariance
 from proxemetry.formations import face_each_other
 
 LEVEL_UP = np.array([0.0, -1.0, 0.0])
@@ -195,3 +196,27 @@ def test_a_third_person_within_the_radius_about_the_centre_disturbs_a_group(asid
     a, b = np.array([0 + 0j]), np.array([2.2 + 0j])
     facing = np.array([[1 + 0j], [-1 + 0j]])
     assert face_each_other(a, b, facing, np.array([1.1 + 1j * aside_m]))[0] == forms
+
+
+@pytest.mark.parametrize(("aside_m", "forms"), [(0.25, False), (0.35, True), (0.45, True)])
+def test_the_third_persons_distance_is_compared_with_the_radius_itself(aside_m, forms):
+    # 1 m apart the radii of 0.3 and 0.5 m bring the two together; beyond 0.3 m the smaller is undisturbed
+    a, b, facing_ = np.array([0 + 0j]), np.array([1.0 + 0j]), np.array([[1 + 0j], [-1 + 0j]])
+    assert face_each_other(a, b, facing_, np.array([0.5 + 1j * aside_m]))[0] == forms
+
+
+def test_a_groups_probability_is_that_of_a_gap_within_reach():
+    """Two who face each other along x are a group from 0.4 to 2 m: of a gap of 1.8 +- 0.2 m in Phi(1) = 84 %."""
+    pair = bodies_at([(-0.9, 0, 5), (0.9, 0, 5)], heading=[math.pi / 2, -math.pi / 2])
+    spread = np.zeros((6, 6))
+    spread[0, 0] = spread[3, 3] = 0.2**2 / 2
+    uncertain = replace(pair, covariance_m2=spread, heading_sd_rad=np.full(2, 1e-6))
+    assert measure_distances(uncertain).group_probability[0, 1] == pytest.approx(0.841, abs=0.03)
+
+
+@given(st.integers(0, 10**6))
+def test_the_covariance_of_a_gap_counts_both_cross_terms(seed):
+    root = np.random.default_rng(seed).normal(size=(9, 9))
+    joint, minus = root @ root.T, np.hstack([np.eye(3), np.zeros((3, 3)), -np.eye(3)])
+    gap = pair_covariance(joint, np.array([0]), np.array([2]))[0]
+    assert gap == pytest.approx(minus @ joint @ minus.T)

@@ -12,7 +12,7 @@ from proxemetry.camera import Camera
 from proxemetry.distances import measure_distances
 from proxemetry.people import People
 from proxemetry.people.skeleton import COCO_17
-from proxemetry.proxemics import ORIENTATIONS, Proxemics, measure_proxemics, phase_of
+from proxemetry.proxemics import ORIENTATIONS, Proxemics, _shots, _turned, measure_proxemics, phase_of
 
 CAMERA = Camera.centred(1000, 1600, 1200, focal_rel_sd=0.0, source="test")
 LEVEL = np.array([0.0, -1.0, 0.0])
@@ -183,3 +183,46 @@ def test_people_who_face_each_other_are_one_group_and_chains_join():
 )  # fmt: skip
 def test_halls_phases(zone, metres, phase):
     assert phase_of(zone, metres) == phase
+
+
+def _kinds(one_deg, other_deg, between_deg):
+    turned = _turned(*(np.array([math.radians(v)]) for v in (one_deg, other_deg, between_deg)))
+    return [name for name, drawn in zip(ORIENTATIONS, turned, strict=True) if drawn[0]]
+
+
+@pytest.mark.parametrize(
+    ("one", "other", "between", "kinds"),
+    [
+        (59, 59, 118, ["facing"]), (61, 59, 120, []), (59, 61, 120, []),
+        (121, 121, 118, ["back to back"]), (119, 121, 120, []), (121, 119, 120, []), (130, 130, 100, ["back to back"]),
+        (46, 134, 0, ["side by side"]), (44, 136, 0, ["one behind the other"]), (90, 90, 44, ["side by side"]),
+        (90, 90, 46, []), (10, 170, 0, ["one behind the other"]), (170, 10, 0, ["one behind the other"]),
+    ],
+)  # fmt: skip
+def test_the_sectors_of_orientations_end_where_they_are_said_to(one, other, between, kinds):
+    assert _kinds(one, other, between) == kinds
+
+
+def test_no_two_orientations_hold_at_once():
+    turns = np.radians(np.arange(-179.5, 180))  # of either's front from the line to the other
+    one, other = (turn.ravel() for turn in np.meshgrid(turns, turns))
+    between = (one - other) % (2 * np.pi) - np.pi  # the other looks along the line from its far end
+    assert np.sum(_turned(np.abs(one), np.abs(other), between), axis=0).max() == 1
+
+
+def test_a_shot_counts_what_the_picture_shows_of_a_body():
+    """A body of 1,000 px whose head is unseen: its top lies 180 px above the shoulders, and what is above the picture
+    is not shown."""
+
+    def shot(shoulder_v, height_px):
+        keypoints = np.full((1, 17, 2), np.nan)
+        for name, v in (("shoulder", shoulder_v), ("hip", shoulder_v + 290)):
+            for side in ("left", "right"):
+                keypoints[0, COCO_17.joints.index(f"{side}_{name}")] = (500.0, v)
+        people = People(COCO_17, keypoints, np.where(np.isnan(keypoints[..., 0]), 0.0, 0.9))
+        return _shots(people, np.array([1000.0]), height_px)[0]
+
+    # shown from the top at 0 down to the picture's edge: shares of 0.41 and 0.43, about the chest's 0.42
+    assert (shot(180.0, 410), shot(180.0, 430)) == ("medium close-up", "medium shot")
+    # the shoulders at the upper edge: 0.18 of the body lies above it and is not shown
+    assert (shot(0.0, 410), shot(0.0, 430)) == ("medium close-up", "medium shot")
