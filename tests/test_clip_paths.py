@@ -1,5 +1,7 @@
 """How people move, who is who, and where they were: against closed forms and laws."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -208,3 +210,41 @@ def test_who_was_hidden_for_long_is_joined_from_both_sides_and_strangers_are_not
     back = walker.copy()
     back[38:] = back[38:][::-1]
     assert len(joined(track(shot_of(back)), shot_of(back), times)) == 2
+
+
+def test_where_people_keep_appearing_a_stranger_is_likelier_than_one_who_was_hidden():
+    """The same gap is bridged in an alley and left open before a door, out of which somebody comes every second."""
+    walker = walkers(60)[:, :1].copy()
+    walker[20:38] = np.nan  # 3.6 s
+    times = np.arange(60) * STEP
+    door = np.full((60, 24, 2), np.nan)
+    for k in range(24):
+        begins = 2 + 2 * k
+        for step in range(6):
+            door[begins + step, k] = (-8.0 - 1.5 * (k % 3), 1.2 * STEP * step)
+    alone = joined(track(shot_of(walker)), shot_of(walker), times)
+    assert len(alone) == 1
+    crowd = np.concatenate([walker, door], axis=1)
+    found = joined(track(shot_of(crowd)), shot_of(crowd), times)
+    of_walker = [c for c in found if c.frames[-1] >= 58 or (c.frames[0] == 0 and len(c) > 10)]
+    assert len(of_walker) == 2
+
+
+def test_a_box_that_goes_on_as_before_keeps_its_person_where_places_tell_nothing():
+    """Two cross in the picture while the fit puts both at one place: where their boxes were going says who is who."""
+    u = 300 + 12.0 * np.arange(21)
+    left, right = (np.stack([x - 12, 0 * x + 100, x + 12, 0 * x + 180], axis=1) for x in (u, u[::-1]))
+    shot = []
+    for k in range(21):
+        places = np.array([[0.005 * u[k], 20.0], [0.005 * u[::-1][k], 20.3]])
+        if 6 <= k <= 14:
+            places = np.tile(places.mean(axis=0), (2, 1))
+        order = [0, 1] if k % 2 else [1, 0]
+        seen = Sightings.of_places(k * STEP, places[order], 0.3)
+        shot.append(replace(seen, boxes_px=np.stack([left[k], right[k]])[order]))
+    chains = track(shot)
+    assert len(chains) == 2
+    for chain in chains:
+        who = (chain.people + chain.frames) % 2
+        assert len(chain) == 21
+        assert len(set(np.delete(who, 10).tolist())) == 1  # in the middle their boxes are one

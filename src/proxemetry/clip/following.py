@@ -54,7 +54,7 @@ def follow(
             continue
         rows = slice(shot.first, shot.last + 1)
         seen = [p.sightings for p in placed[rows]]
-        chains = tuple(_chains(seen, np.array(measured.times_s[rows]), measured.width_px))
+        chains = tuple(chains_of(seen, np.array(measured.times_s[rows]), measured.width_px))
         statures = tuple(of_chain(c, seen, settings or LocateSettings()) for c in chains)
         shots.append(FollowedShot(chains, statures))
         if shot.camera in with_mount:
@@ -62,7 +62,7 @@ def follow(
     return Followed(tuple(shots), known)
 
 
-def _chains(seen: Sequence[Sightings], times: FloatArray, width_px: float) -> list[Chain]:
+def chains_of(seen: Sequence[Sightings], times: FloatArray, width_px: float) -> list[Chain]:
     """Return each person's chain through the frames of a shot, whatever the order of people in each.
 
     Forecasts and sightings are compared as vaguely as single photos know them, floor and all.
