@@ -8,6 +8,7 @@ import math
 import random
 from dataclasses import replace
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
@@ -18,6 +19,8 @@ from hypothesis import strategies as st
 from proxemetry.assignment import assign
 from proxemetry.benchmark import Labels, Prediction, Predictions, read_labels, read_predictions, score, score_files
 from proxemetry.benchmark.bootstrap import median_interval, ratio_intervals
+from proxemetry.benchmark.image_score import ImageScore
+from proxemetry.benchmark.metrics import summarise
 from proxemetry.benchmark.v1 import match, person_sizes_px
 from proxemetry.errors import LabelsError, SettingsError
 from proxemetry.people.skeleton import PARTS
@@ -430,3 +433,37 @@ def test_the_other_parts_decide_between_two_who_share_a_point(swapped: bool, tmp
         assert scored.overall.pair_error_pct_mean_over_images == pytest.approx(0.0, abs=1e-9)
         matched = match(next(iter(labels)), answers(tmp_path, photo(people)).images[0])
         assert matched == ([0, 1], [0, 1] if order == 1 else [1, 0])
+
+
+def _of_pairs(true_mm: list[float], estimated_mm: list[float], low_mm: list[float], high_mm: list[float]) -> Any:
+    """Return a photo's score of these pairs, by the same road as any."""
+    label = next(iter(triangle(Path(_FOLDER.name))))
+    arrays = (np.array(v, dtype=float) for v in (true_mm, estimated_mm, low_mm, high_mm, true_mm))
+    error = float(np.mean(np.abs(np.array(estimated_mm) / np.array(true_mm) - 1)) * 100)
+    return ImageScore(label, 3, 3, 1.0, 0.0, error, 1000.0, *arrays)
+
+
+_FOLDER = TemporaryDirectory()
+
+
+def test_figures_of_a_handful_of_pairs_are_those_by_hand() -> None:
+    """Ends of intervals belong to them, a limit is not below itself, a bin begins with its lower edge."""
+    image = _of_pairs([1000, 2000, 4000, 457], [1000, 1000, 8000, 456], [1000, 900, 4000, 1], [1100, 2000, 5000, 2])
+    found = summarise([image], False)
+    ratios = np.log([1.0, 0.5, 2.0, 456 / 457])
+    assert found.log_ratio_sd == pytest.approx(float(np.sqrt(np.mean((ratios - ratios.mean()) ** 2))))
+    assert found.log_ratio_mean == pytest.approx(ratios.mean())
+    assert found.coverage_90 == pytest.approx(3 / 4)
+    assert found.f1["1.0"] == pytest.approx(1.0)  # 457 mm alone is nearer than 1 m, and so is what was answered for it
+    assert [b.n_pairs for b in found.by_distance] == [1, 1, 0, 1, 0, 0, 1]
+    assert found.confusion[1][0] == 1  # 457 mm is where the personal zone begins
+    assert found.interval_width_mm_mean == pytest.approx((100 + 1100 + 1000 + 1) / 4)
+
+
+def test_bootstrap_intervals_are_of_the_figures_they_stand_by() -> None:
+    """Of photos that are all alike every drawn set has the same figures: the interval is the figure itself."""
+    image = _of_pairs([1000, 2000], [900, 2600], [1000, 2100], [1100, 2500])
+    found = summarise([replace(image, n_detected=4)] * 5, False)
+    for name, (low, high) in found.ci95.items():
+        assert low == pytest.approx(getattr(found, name)) == high, name
+    assert found.signed_bias_pct == pytest.approx(10.0) and found.false_discovery_rate == pytest.approx(0.25)

@@ -39,7 +39,9 @@ def median_interval(values: FloatArray, photo: NDArray[np.intp], count: int) -> 
         running = np.cumsum(weights[:, photo], axis=1)
         if running.shape[1]:
             running = running[running[:, -1] > 0]
-            medians.append(ordered[(running < running[:, -1:] / 2).sum(axis=1)])
+            half = running[:, -1:] / 2  # where a value ends just there, the median is midway to the next
+            middle = [ordered[below.sum(axis=1)] for below in (running < half, running <= half)]
+            medians.append((middle[0] + middle[1]) / 2)
     return _quantiles(np.concatenate([np.zeros(0), *medians]))
 
 
