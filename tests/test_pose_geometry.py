@@ -261,6 +261,20 @@ def test_suppression_leaves_no_overlap_and_always_the_best(rows: list[tuple[floa
     assert np.array_equal(again.boxes_px, kept.boxes_px)
 
 
+@given(st.integers(0, 150), st.floats(0, 0.95), st.integers(0, 2**32 - 1))
+@settings(max_examples=30)
+def test_suppression_of_many_is_that_of_one_after_the_other(count: int, most: float, seed: int) -> None:
+    random = np.random.default_rng(seed)
+    corners = random.integers(0, 40, (count, 2)).astype(float)
+    boxes = np.concatenate([corners, corners + random.integers(0, 30, (count, 2))], axis=1)  # some without area
+    found = Detections(boxes, random.integers(1, 20, count) / 20)
+    kept: list[int] = []
+    for row in np.argsort(-found.scores, kind="stable").tolist():
+        if not (iou(boxes[row], boxes[kept]) > most).any():
+            kept.append(row)
+    assert np.array_equal(suppressed(found, most).boxes_px, boxes[kept])
+
+
 @given(BOXES, st.floats(0.1, 0.9))
 def test_boxes_that_few_cells_see_are_dropped(rows: list[tuple[float, ...]], overlap: float) -> None:
     found = _detections(rows)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from ..arrays import FloatArray
 from ..errors import ModelError
-from ..overlap import iou, pairwise_iou
+from ..overlap import pairwise_iou
 from ..people.rival import Rival
 from .rivals import rivals_of
 
@@ -61,6 +61,8 @@ class Detections:
 
 
 _NANODET_STRIDES = (8, 16, 32)
+#: Of so many boxes at once the overlaps with all others are computed.
+_AT_ONCE = 32
 NOBODY = Detections(np.zeros((0, 4)), np.zeros(0))
 
 
@@ -179,12 +181,18 @@ def decode_nanodet(
 
 def suppressed(found: Detections, most_overlap: float) -> Detections:
     """Return the best-scoring boxes, none overlapping a better one by more than `most_overlap`; best first."""
-    left, kept = np.argsort(-found.scores, kind="stable"), []
-    while len(left):
-        best, left = left[0], left[1:]
-        kept.append(best)
-        left = left[iou(found.boxes_px[best], found.boxes_px[left]) <= most_overlap]
-    return found[np.array(kept, dtype=np.intp)]
+    order = np.argsort(-found.scores, kind="stable")
+    boxes, left = found.boxes_px[order], np.ones(len(order), dtype=bool)
+    for begin in range(0, len(order), _AT_ONCE):
+        # a few of the best at a time: one by one takes six times as long, all at once the square of the memory
+        rows = begin + np.flatnonzero(left[begin : begin + _AT_ONCE])
+        overlaps = np.nan_to_num(pairwise_iou(boxes[rows], boxes[begin:]))
+        overlaps[(boxes[rows, None] == boxes[None, begin:]).all(axis=-1)] = 1.0
+        drops = overlaps > most_overlap
+        for row, dropped in zip(rows.tolist(), drops, strict=True):
+            if left[row]:
+                left[row + 1 :] &= ~dropped[row - begin + 1 :]
+    return found[order[left]]
 
 
 def seen_often(found: Detections, among: Detections, overlap: float, least: int) -> Detections:

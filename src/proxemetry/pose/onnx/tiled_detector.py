@@ -83,7 +83,8 @@ def normalised(canvases: RGBArray, part: Input, network: Network) -> Floats:
 
     ordered = [cv2.cvtColor(c, cv2.COLOR_RGB2BGR) for c in canvases] if part.colours == "bgr" else list(canvases)
     table = _values(part.mean, part.std)
-    values = np.stack([np.asarray(cv2.LUT(canvas, table), np.float32) for canvas in ordered])
+    looked_up = [np.asarray(cv2.LUT(canvas, table), np.float32) for canvas in ordered]
+    values = looked_up[0][None] if len(looked_up) == 1 else np.stack(looked_up)
     return values if network.channels_last else np.ascontiguousarray(values.transpose(0, 3, 1, 2))
 
 
