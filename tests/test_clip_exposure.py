@@ -1,5 +1,7 @@
 """How long who was near whom: against closed forms and laws."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -186,3 +188,17 @@ def test_rates_vary_from_stretch_to_stretch_not_from_frame_to_frame():
     found = rate(bursts, np.ones_like(bursts), t)
     assert found.value == pytest.approx(0.25)
     assert found.high - found.low > 0.2  # of twenty stretches; independent frames would say 0.03
+
+
+@pytest.mark.parametrize("same", [0.0, 0.3, 1.0])
+def test_pairs_of_one_group_are_left_out_as_often_as_they_are_one(same):
+    """Of many pairs 1.2 m apart the share that are strangers counts; of none or all that are, exactly none or all."""
+    (pair,) = pairs_over_time(*paths_of(side_by_side(1.2)), [2.0])
+    totals = TotalExposure(1)
+    for k in range(100):
+        totals.add(replace(pair, a=k, b=k + 1), same)
+    found = totals.totals()
+    share = np.array([found.apart_seconds, found.apart_low_s, found.apart_high_s])[:, 0] / found.seconds[0]
+    assert share[0] == pytest.approx(1 - same)
+    assert share[1:] == pytest.approx([1 - same] * 2, abs=1e-9 if same in (0.0, 1.0) else 0.12)
+    assert share[1] <= share[0] <= share[2]

@@ -1,6 +1,7 @@
 """How people move, who is who, and where they were: against closed forms and laws."""
 
 from dataclasses import replace
+from decimal import Decimal, localcontext
 
 import numpy as np
 import pytest
@@ -8,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from proxemetry.clip.joining import joined
-from proxemetry.clip.motion import SPEED_SD_M_S, VELOCITY, transition
+from proxemetry.clip.motion import SPEED_SD_M_S, VELOCITY, _place_term, transition
 from proxemetry.clip.sightings import Chain, Sightings
 from proxemetry.clip.smoothing import LASTING_SHARE, noise_scale_of, smooth, surprises
 from proxemetry.clip.tracking import SWAY_SD_M, track
@@ -248,3 +249,13 @@ def test_a_box_that_goes_on_as_before_keeps_its_person_where_places_tell_nothing
         who = (chain.people + chain.frames) % 2
         assert len(chain) == 21
         assert len(set(np.delete(who, 10).tolist())) == 1  # in the middle their boxes are one
+
+
+@pytest.mark.parametrize("s", [1e-6, 1e-3, 9.99e-3, 1.001e-2, 0.3, 20.0])
+def test_the_spread_of_a_place_is_the_closed_form_where_its_terms_cancel_too(s):
+    """2 s - 3 + 4 exp(-s) - exp(-2 s), with forty digits instead of sixteen."""
+    with localcontext() as exactly:
+        exactly.prec = 40
+        x = Decimal(s)
+        exact = float(2 * x - 3 + 4 * (-x).exp() - (-2 * x).exp())
+    assert _place_term(s) == pytest.approx(exact, rel=1e-6)
