@@ -184,13 +184,13 @@ def student(z: float) -> float:
 
 
 def test_some_cameras_are_raised_and_look_down():
-    prior = SharedPrior(np.zeros(N_SHARED), np.ones(N_SHARED), raised=Raised(0.2, (4.0, 3.0), (2.0, 0.5)))
+    prior = SharedPrior(np.zeros(N_SHARED), np.ones(N_SHARED), raised=Raised(0.2, (4.0, 3.0), (2.0, 1.5)))
     shared = np.zeros((4, N_SHARED))
     shared[:, PITCH], shared[:, HEIGHT] = (0.0, 4.0, 4.0, 2.0), (0.0, 3.0, 0.0, 2.5)
 
     def density(pitch: float, height: float) -> float:
         level = 0.8 * student(pitch) * student(height)
-        return level + 0.2 * student((pitch - 4) / 2) * student((height - 3) / 0.5)  # as wide as 2 x 0.5 is tall: 1
+        return level + 0.2 * student((pitch - 4) / 2) * student((height - 3) / 1.5) / (2 * 1.5)
 
     cost, normal = prior.cost(shared)
     expected = [-np.log(density(p, h) / 0.8) for p, h in shared[:, [PITCH, HEIGHT]]]
@@ -200,7 +200,18 @@ def test_some_cameras_are_raised_and_look_down():
     assert normal[..., -1] == pytest.approx(-slope, abs=1e-5)
     # in the middle of the raised ones hardly anything pulls down, and what does is eye level's share
     assert (np.linalg.eigvalsh(normal[..., :-1]) > 0).all()
-    assert np.abs(normal[1, [PITCH, HEIGHT], -1]).max() < 0.05
+    assert np.abs(normal[1, [PITCH, HEIGHT], -1]).max() < 0.1
+
+
+def test_a_camera_that_looks_down_from_above_is_told_less_level_than_without_raised_ones(monkeypatch):
+    people = photo(4, count=2, noise_px=0.0, pitch=0.4, height_m=2.8, depths_m=(4, 5))[0]
+    raised = locate(people, CAMERA, ADULTS).floor
+    beforehand = replace(shared_prior(CAMERA), raised=None)
+    monkeypatch.setattr(joint_fit, "shared_prior", lambda *_: beforehand)
+    level = locate(people, CAMERA, ADULTS).floor
+    assert raised is not None and level is not None
+    assert level.pitch_rad < raised.pitch_rad - 0.005
+    assert abs(raised.pitch_rad - 0.4) < abs(level.pitch_rad - 0.4)
 
 
 def test_a_stated_height_alone_tells_whether_a_camera_is_raised():

@@ -57,6 +57,32 @@ def test_one_of_four_who_leans_turns_no_camera():
     assert floor is not None and abs(np.rad2deg(floor.roll_rad)) < 3
 
 
+def first_look(people: People):
+    lengths = np.tile([1.70, 1.36, 0.51, 0.345, 0.063, 0.15], (len(people), 1))
+    model = body_model(COCO_17)
+    return initialise(evidence_of(people, _LARGE, model), lengths, shared_prior(_LARGE), model, np.ones(len(people)))
+
+
+def test_trunks_that_lean_over_upright_legs_turn_no_camera():
+    people, _ = photo(2, noise_px=0.0, pitch=0.0, camera=_LARGE)
+    pixels = people.keypoints_px.copy()
+    legs = [COCO_17.joints.index(f"{side}_{joint}") for side in ("left", "right") for joint in ("knee", "ankle")]
+    face = [0, 1, 2, 3, 4]
+    leaning = turned(people, 9.0).keypoints_px
+    hips = [COCO_17.joints.index(f"{side}_hip") for side in ("left", "right")]
+    shift = pixels[:, hips].mean(axis=1) - leaning[:, hips].mean(axis=1)
+    trunks = leaning + shift[:, None]
+    kept = replace(people, keypoints_px=np.where(np.isin(np.arange(17), legs + face)[None, :, None], pixels, trunks))
+    assert np.rad2deg(_common_lean(evidence_of(kept, _LARGE, body_model(COCO_17)), body_model(COCO_17))) > 6
+    assert first_look(kept).shared[ROLL] == 0
+
+
+def test_one_person_who_leans_a_little_is_likelier_than_a_turned_camera():
+    alone = photo(2, noise_px=0.0, pitch=0.0, camera=_LARGE)[0][:1]
+    assert first_look(turned(alone, 7.0)).shared[ROLL] == 0
+    assert np.rad2deg(first_look(turned(alone, 25.0)).shared[ROLL]) == pytest.approx(25, abs=4)
+
+
 def test_a_stated_roll_is_where_the_search_begins():
     people, model = photo(1, pitch=0.1, camera=_LARGE)[0], body_model(COCO_17)
     lengths = np.tile([1.70, 1.36, 0.51, 0.345, 0.063, 0.15], (4, 1))
