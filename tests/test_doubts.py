@@ -25,6 +25,7 @@ from proxemetry.errors import KeypointsError, SettingsError
 from proxemetry.people import People
 from proxemetry.people.attributes import PairsWhere
 from proxemetry.people.doubts import LEAST_RIVALS, MOST_UPPER, PersonDoubt, doubts_of, in_words
+from proxemetry.people.duplicates import POSSIBLY_SAME, moved_aside, possible_duplicates, similarity
 from proxemetry.people.rival import Rival
 from proxemetry.people.skeleton import COCO_17
 from proxemetry.pose.detections import NOBODY, Detections, decode_yolox, joined
@@ -298,3 +299,54 @@ def test_a_scene_keeps_doubtful_people_and_their_distances(out: Path) -> None:
     scene = next(Results.open(out).scenes())
     assert isinstance(scene, Scene) and scene.bodies.placed.all()
     assert np.isfinite(scene.distances_m[0, 2]) and scene.doubts == ((), (), (PersonDoubt.NO_UPPER_BODY,))
+
+
+# One person twice in one photo
+
+
+def _twice(aside: float = 0.0, resized: float = 1.0, pose: float = 0.0) -> People:
+    """A person and the same one aside by a part of the square root of the box's area, resized, in another pose."""
+    one = _people()
+    x0, y0, x1, y1 = one.boxes_px[0]
+    size = np.sqrt((x1 - x0) * (y1 - y0))
+    points, middle = one.keypoints_px[0], one.keypoints_px[0].mean(axis=0)
+    other = middle + resized * (points - middle) + (aside * size, 0) + pose * size * np.sin(np.arange(17))[:, None]
+    box = np.array([*(middle - resized * (middle - (x0, y0))), *(middle + resized * ((x1, y1) - middle))])
+    boxes = np.stack([one.boxes_px[0], box + np.tile((aside * size, 0), 2)])
+    return People(COCO_17, np.stack([points, other]), np.full((2, 17), 0.8), boxes, np.array([0.9, 0.7]))
+
+
+@pytest.mark.parametrize(
+    ("people", "is_one"),
+    [
+        (_twice(0.3), True),
+        (_twice(0.39), True),
+        (_twice(0.41), False),
+        (_twice(0.3, 1.2), True),
+        (_twice(0.3, 1 / 1.2), True),
+        (_twice(0.3, 1.5), False),
+        (_twice(0.3, pose=0.3), False),
+    ],
+)
+def test_a_person_moved_aside_in_the_same_pose_may_be_one_twice(people: People, is_one: bool) -> None:
+    assert similarity(people)[0, 1] < POSSIBLY_SAME  # what lies on the spot is told already
+    assert possible_duplicates(people).tolist() == [False, is_one]
+    assert (moved_aside(people) == [[False, is_one], [is_one, False]]).all()
+
+
+def test_few_joints_are_alike_in_many() -> None:
+    people = _twice(0.3)
+    points = people.keypoints_px.copy()
+    points[:, 7:] = np.nan
+    assert not moved_aside(People(COCO_17, points, people.scores, people.boxes_px)).any()
+
+
+@given(st.floats(0.1, 10), st.tuples(st.floats(-1e3, 1e3), st.floats(-1e3, 1e3)), st.booleans())
+def test_where_and_how_large_a_photo_is_makes_no_difference(factor: float, by: tuple[float, float], turn: bool) -> None:
+    people = _twice(0.35, 1.1)
+    points, boxes = people.keypoints_px * factor + by, people.boxes_px * factor + np.tile(by, 2)
+    order = [1, 0] if turn else [0, 1]
+    moved = People(COCO_17, points, people.scores, boxes, people.person_scores)[order]
+    assert moved_aside(moved).tolist() == [[False, True], [True, False]]
+    assert possible_duplicates(moved).tolist() == (np.array([False, True])[order]).tolist()
+    assert moved_aside(People.none(COCO_17)).shape == (0, 0)
