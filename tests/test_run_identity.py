@@ -4,7 +4,7 @@ from dataclasses import fields, replace
 
 import pytest
 
-from proxemetry.archive.run.joining import settings_of
+from proxemetry.archive.run.joining import _packages, settings_of
 from proxemetry.archive.run.work import Job
 from proxemetry.pose import PoseOptions
 from proxemetry.settings import Settings
@@ -33,3 +33,10 @@ def test_an_option_that_changes_a_number_is_in_the_identity(name):
 )  # fmt: skip
 def test_so_is_what_changes_a_row(changed):
     assert settings_of(changed) != settings_of(JOB)
+
+
+def test_run_json_names_the_lens_database_and_the_decoders():
+    """Another version of any of them may give another focal length, or other pixels."""
+    named = _packages()
+    assert {"numpy", "pillow", "lensfunpy", "opencv-python-headless", "ai-edge-litert"} <= set(named)
+    assert all(version for version in named.values())

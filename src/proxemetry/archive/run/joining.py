@@ -14,6 +14,12 @@ from ..store.identity import Identity, require_same
 from ..store.results import Results
 from .work import Job
 
+#: Packages of which another version may decode, detect or know lenses otherwise; `run.json` names them.
+_THAT_CHANGE_NUMBERS = (
+    "numpy", "pillow", "pi-heif", "rawpy", "lensfunpy", "duckdb", "ai-edge-litert", "onnxruntime",
+    "opencv-python-headless",
+)  # fmt: skip
+
 
 def settings_of(job: Job) -> dict[str, Any]:
     """Return every setting that changes a number, as JSON values; what only changes the speed is not among them."""
@@ -53,7 +59,7 @@ def join(folder: Folder, identity: Identity, there: Collection[int]) -> None:
 
 def _packages() -> dict[str, str]:
     found: dict[str, str] = {}
-    for package in ("numpy", "pillow", "duckdb", "ai-edge-litert", "onnxruntime", "opencv-python-headless"):
+    for package in _THAT_CHANGE_NUMBERS:
         try:
             found[package] = version(package)
         except PackageNotFoundError:
