@@ -208,13 +208,18 @@ class Scene:
         except (ValueError, KeyError, TypeError) as error:
             raise OutputError(f"not a scene of proxemetry ({error})") from error
         if schema != SCHEMA:
-            raise OutputError(f"scene of schema {schema!r}: this version reads {SCHEMA!r}; measure the photo again")
+            raise OutputError(
+                f"scene of schema {schema!r}: this version reads {SCHEMA!r}; measure the photo again, for a results "
+                "folder with --restart"
+            )
         try:
             return _scene_from_dict(fields)
-        except KeyError as error:
-            raise OutputError(f"not a scene of proxemetry ({error} is missing)") from error
-        except (ValueError, TypeError, AttributeError, ProxemetryError) as error:
-            raise OutputError(f"not a scene of proxemetry ({error})") from error
+        except (KeyError, ValueError, TypeError, AttributeError, ProxemetryError) as error:
+            why = f"{error} is missing" if isinstance(error, KeyError) else str(error)
+            raise OutputError(
+                f"the scene of {fields.get('photo')!r} was written by another version of proxemetry, or is damaged "
+                f"({why}); measure the photo again: for a results folder, `proxemetry measure` with --restart"
+            ) from error
 
 
 def _scene_to_dict(scene: Scene) -> dict[str, Any]:

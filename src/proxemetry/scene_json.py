@@ -76,9 +76,9 @@ def camera_from_dict(fields: Mapping[str, Any]) -> CameraEstimate:
         tuple(Candidate(**_with_source(c)) for c in fields["candidates"]),
         tuple(map(Flag.from_dict, fields["flags"])),
         fields["reason"],
-        fields["lens"],
+        fields.get("lens"),
         Mount.from_dict(fields["mount"]) if fields.get("mount") else None,
-        fields["why"],
+        fields.get("why"),
         tuple(map(Testimony.from_dict, fields.get("testimony", ()))),
     )
 

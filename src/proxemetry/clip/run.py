@@ -113,15 +113,15 @@ def _join(folder: Folder, identity: Identity, clip: Clip, fps: float) -> None:
     before = read_run(folder)
     if before.get("schema") != SCHEMA:
         raise OutputError(f"{folder.location}: holds results of photos; name another --out for a clip")
-    if before["clip_sha256"] != clip.sha256:
-        same = before["clip"] == clip.name
+    if before.get("clip_sha256") != clip.sha256:
+        same = before.get("clip") == clip.name
         what = (
             f"{clip.name} as it was, and it has changed since"
             if same
-            else f"the clip {before['clip']}, not {clip.name}"
+            else f"the clip {before.get('clip')}, not {clip.name}"
         )
         raise OutputError(f"{folder.location}: holds {what}; name another --out, or begin anew with --restart")
-    require_same(identity, before["metadata"], folder.location)
+    require_same(identity, before.get("metadata") or {}, folder.location)
 
 
 def read_run(folder: Folder) -> dict[str, Any]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import chain
 
 from ..archive.figures.export import write_sav_files
@@ -51,17 +51,27 @@ def _columns(folder: Folder) -> dict[str, list[Column]]:
     for table in TABLES:
         if folder.exists(f"{table}.parquet"):
             rows = attached(folder).execute(f"DESCRIBE {_query(folder, table)}").fetchall()
-            found[table] = _meanings(table, [str(row[0]) for row in rows])
+            found[table] = _meanings(table, {str(row[0]): str(row[1]) for row in rows})
     if not found:
         raise OutputError(f"{folder.location}: no tables yet; the same `proxemetry video` goes on")
     return found
 
 
-def _meanings(table: str, names: list[str]) -> list[Column]:
+def _meanings(table: str, names: Mapping[str, str]) -> list[Column]:
+    """Return the columns by these names and of these types; what another version wrote stays, without a meaning."""
     limits = {n.split("_within_")[1].removesuffix("_apart") for n in names if "_within_" in n}
     attributes = [n.removeprefix(PREFIX) for n in names if n.startswith(PREFIX)]
     known = {c.name: c for c in codebook(sorted(limits, key=float), attributes)[table]}
-    return [known[name] for name in names]
+    return [
+        known[name] if name in known and known[name].kind == kind else _of_another_version(name, kind, known.get(name))
+        for name, kind in names.items()
+    ]
+
+
+def _of_another_version(name: str, kind: str, now: Column | None) -> Column:
+    if now is None:
+        return Column(name, kind, "", "(a column of another version of proxemetry)")
+    return Column(name, kind, now.unit, now.meaning)
 
 
 def _query(folder: Folder, table: str) -> str:

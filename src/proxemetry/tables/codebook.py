@@ -45,7 +45,7 @@ def codebook_rows(attributes: Sequence[str] = ()) -> tuple[list[str], Iterator[t
 def rows_about(tables: Mapping[str, Sequence[Column]]) -> tuple[list[str], Iterator[tuple[str, ...]]]:
     """Return the same of any tables."""
     listed = ((table, column) for table, columns in tables.items() for column in columns)
-    rows = ((table, c.name, _KINDS[c.kind], c.unit, c.meaning) for table, c in listed)
+    rows = ((table, c.name, _KINDS.get(c.kind, c.kind.lower()), c.unit, c.meaning) for table, c in listed)
     return ["table", "column", "type", "unit", "meaning"], rows
 
 

@@ -9,6 +9,7 @@ from ...anthropometry import CHILD_WEIGHT
 from ...camera import FocalBasis
 from ...intervals import LEVEL
 from ...people.attributes import PairsWhere
+from ..store.damage import require_columns
 from ..store.duck import attached
 from ..store.folder import Folder
 from .focal_bases import focal_bases
@@ -41,6 +42,14 @@ _TURNED = {
 }
 
 
+#: What is read of the tables.
+_NEEDED = {
+    "photos": ("status", "corrections", "focal_basis", "mount_source", "sha256"),
+    "people": ("x_m",),
+    "pairs": ("photo", "person_a", "person_b", "distance_m", "low_m", "high_m", "on_ground"),
+}
+
+
 def methods_paragraph(run: Mapping[str, Any], tables: Folder, where: PairsWhere | None = None) -> str:
     """Return what was done, with which software and how much of it could be measured, in plain sentences.
 
@@ -49,6 +58,7 @@ def methods_paragraph(run: Mapping[str, Any], tables: Folder, where: PairsWhere 
     every, of_those = counted(tables, None), counted(tables, where)
     photos, people, pairs = every.photos, every.people, of_those.pairs
     duck = attached(tables)
+    require_columns(tables, duck, _NEEDED)
     counts = _one(
         duck,
         "SELECT count(*) photos, count(*) FILTER (status = 'ok') measured, count(*) FILTER (status = 'failed') failed, "
@@ -57,15 +67,13 @@ def methods_paragraph(run: Mapping[str, Any], tables: Folder, where: PairsWhere 
         "count(*) FILTER (sha256 <> '') - count(DISTINCT sha256) FILTER (sha256 <> '') copies "
         f"FROM {photos}",
     )
-    found = _one(duck, f"SELECT count(*) people, count(x_m) placed, median(nearest_m) nearest FROM {people}")
+    found = _one(duck, f"SELECT count(*) people, count(x_m) placed FROM {people}")
+    nearest = _one(duck, f"SELECT median(nearest_m) metres FROM {nearest_of(pairs)}")
     measured = _one(
         duck,
         "SELECT count(*) pairs, median((high_m - low_m) / distance_m) width, avg(on_ground::DOUBLE) ground "
         f"FROM {pairs} WHERE distance_m IS NOT NULL",
     )
-    if where is not None:
-        nearest = f"SELECT median(nearest_m) nearest FROM {nearest_of(pairs)}"
-        found |= _one(duck, nearest)
     settings = run.get("settings") or {}
     sentences = [
         f"Interpersonal distances were measured in {_many(counts['photos'], 'photograph')} with proxemetry "
@@ -82,7 +90,7 @@ def methods_paragraph(run: Mapping[str, Any], tables: Folder, where: PairsWhere 
         sentences.append(
             f"Distances are between body centres, {kind}, each with a {LEVEL:.0%} interval whose median width is "
             f"{measured['width']:.0%} of the distance; the median distance to the nearest other person was "
-            f"{found['nearest']:.2f} m. Pairs were counted in Hall's (1966) zones by their probabilities."
+            f"{nearest['metres']:.2f} m. Pairs were counted in Hall's (1966) zones by their probabilities."
         )
     if counts["corrected"]:
         sentences.append(f"{_many(counts['corrected'], 'photograph')} had corrections made by hand in review.")

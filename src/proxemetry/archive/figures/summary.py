@@ -14,6 +14,7 @@ from ...camera import FocalBasis
 from ...distances import ZONES
 from ...errors import OutputError
 from ...people.attributes import PairsWhere
+from ..store.damage import require_columns
 from ..store.duck import attached
 from ..store.results import Results
 from .grouping import sql_of
@@ -87,6 +88,14 @@ def _columns(name: str, share: Share) -> dict[str, float]:
     return {f"{name}_m": share.value, f"{name}_low_m": share.low, f"{name}_high_m": share.high}
 
 
+#: What is read of the tables, besides the columns of `by`.
+_NEEDED = {
+    "photos": ("photo", "sha256", "status", "n_people", "n_pairs", "focal_basis"),
+    "people": ("photo", "nearest_m"),
+    "pairs": ("photo", "distance_m", *(f"p_{zone}" for zone in ZONES)),
+}
+
+
 def summarise(
     results: Results, by: Sequence[str] = (), *, distinct: bool = False, where: PairsWhere | None = None
 ) -> Summary:
@@ -101,6 +110,7 @@ def summarise(
         raise OutputError(f"{folder.location}: no tables there yet; finish the run, then try again")
     keys = [sql_of(name) for name in by]
     duck = attached(folder, threads=None)
+    require_columns(folder, duck, _NEEDED)
     names = [f"k{i}" for i in range(len(keys))]
     tables = counted(folder, where)
     with ThreadPoolExecutor(1) as reader:  # pairs and people are read while photos are counted

@@ -80,8 +80,8 @@ class FileScan(BackgroundTask[ChangedFiles]):
         """Yield name, size, date and shard of measured photos, many at a time."""
         rows = self._duck.execute(
             "SELECT photo, file_bytes, file_modified_ns, "
-            "regexp_extract(filename, 'part-(\\d+)[.]parquet$', 1)::INTEGER FROM read_parquet($paths, filename = true)",
-            {"paths": [folder.path(parts.name_of(s)) for s in shards]},
+            "regexp_extract(filename, 'part-(\\d+)[.]parquet$', 1)::INTEGER "
+            f"FROM {parts.rows_of_shards(folder, shards, self._duck)}"
         )
         while not self.stopped.is_set() and (found := rows.fetchmany(_ROWS_AT_ONCE)):
             yield found

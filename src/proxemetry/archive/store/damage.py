@@ -9,7 +9,7 @@ from __future__ import annotations
 import hashlib
 import json
 import re
-from collections.abc import Generator, Sequence
+from collections.abc import Generator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
@@ -18,11 +18,15 @@ from typing import Any
 from ...errors import OutputError
 from ...tables import TABLES
 from .folder import RUN_FILE, Folder
+from .identity import MODELS, SETTINGS, SETTINGS_SHA256, VERSION
 
 #: Key of a part's metadata, and what stands there until the file is whole.
 DIGEST, BLANK = "proxemetry_sha256", "0" * 64
 #: Thrift's compact protocol: a text (0x18) of 64 bytes (0x40) follows the key.
 _BEFORE_DIGEST = DIGEST.encode() + b"\x18\x40"
+#: What a Parquet file begins and ends with.
+_PARQUET = b"PAR1"
+_TEXT = "VARCHAR"
 
 _THREADS = 8
 #: Files that a folder's own commands read: name of the subfolder, pattern, and what to do about a damaged one.
@@ -66,10 +70,29 @@ def damaged_parts(folder: Folder, names: Sequence[str]) -> list[str]:
             content = folder.read(name)
         except OutputError:
             return False
-        return content is not None and is_whole(content)
+        return content is not None and (is_whole(content) or _is_of_before_digests(folder, name, content))
 
     with ThreadPoolExecutor(_THREADS) as pool:
         return [name for name, whole in zip(names, pool.map(check, names), strict=True) if not whole]
+
+
+def _is_of_before_digests(folder: Folder, name: str, content: bytes) -> bool:
+    """Return whether a version that wrote no digests yet wrote a part, and it can be read to its end."""
+    import duckdb
+
+    if not (content.startswith(_PARQUET) and content.endswith(_PARQUET)):
+        return False
+    try:
+        with _apart(folder) as duck:
+            path = {"path": folder.path(name)}
+            found = duck.execute("SELECT decode(key) FROM parquet_kv_metadata($path)", path).fetchall()
+            # Every key, since one bit makes another key of the digest's.
+            if {key for (key,) in found} != {VERSION, SETTINGS, SETTINGS_SHA256, MODELS}:
+                return False
+            _read_to_end(duck, "SELECT * FROM read_parquet($path)", path)
+    except duckdb.Error:
+        return False
+    return True
 
 
 def require_whole(folder: Folder, names: Sequence[str]) -> None:
@@ -114,7 +137,7 @@ def _first_line(error: Exception) -> str:
 
 
 def _find(folder: Folder) -> OutputError | None:
-    """Return a message about the first damaged file of a folder, None where all can be read."""
+    """Return a message about the first file of a folder that is damaged or of another version, None without any."""
     for subfolder, pattern, advice in _KINDS:
         names = [name for name in folder.names(subfolder, ".parquet") if re.fullmatch(pattern, name)]
         paths = [f"{subfolder}/{name}".lstrip("/") for name in names]
@@ -124,27 +147,66 @@ def _find(folder: Folder) -> OutputError | None:
             bad = [path for path in paths if not _is_readable(folder, path)][:1]
         if bad:
             return OutputError(f"{folder.path(bad[0])}: damaged; {advice}")
+    with _apart(folder) as duck:
+        return _of_another_version(folder, duck, {t: [c.name for c in columns] for t, columns in TABLES.items()})
+
+
+def require_columns(folder: Folder, duck: Any, needed: Mapping[str, Sequence[str]]) -> None:
+    """Raise OutputError where a table's Parquet file lacks a column, or has a text for a number, or the reverse.
+
+    duck: to read the tables with. needed: names of columns by table.
+    """
+    refusal = _of_another_version(folder, duck, needed)
+    if refusal is not None:
+        raise refusal
+
+
+def _of_another_version(folder: Folder, duck: Any, needed: Mapping[str, Sequence[str]]) -> OutputError | None:
+    """Return the message of `require_columns`, None where every table that is there has the columns."""
+    for table, names in needed.items():
+        path = folder.path(f"{table}.parquet")
+        if not folder.exists(f"{table}.parquet"):
+            continue
+        rows = duck.execute("DESCRIBE SELECT * FROM read_parquet($path)", {"path": path}).fetchall()
+        found = {str(row[0]): str(row[1]) for row in rows}
+        wanted = {column.name: column.kind for column in TABLES[table] if column.name in names}
+        unlike = [n for n, kind in wanted.items() if n not in found or (found[n] == _TEXT) != (kind == _TEXT)]
+        if unlike:
+            return OutputError(
+                f"{path}: written by another version of proxemetry (column {unlike[0]} is missing or of another type); "
+                f"`proxemetry export {folder.location}` writes it again"
+            )
     return None
 
 
 def _is_readable(folder: Folder, name: str) -> bool:
-    """Return whether a Parquet file without a digest can be read to its end, with the columns it should have."""
+    """Return whether a Parquet file without a digest can be read to its end; a list of photos with its columns."""
     import duckdb
 
-    table = TABLES.get(name.removesuffix(".parquet"))
-    wanted = ["shard", "photo"] if table is None else [column.name for column in table]
+    columns = "*" if name.removesuffix(".parquet") in TABLES else "shard, photo"
     try:
-        # A connection of its own: some damages leave the other one unusable.
-        with duckdb.connect(config={"threads": 1, "autoload_known_extensions": False}) as duck:
-            if folder.filesystem is not None:
-                duck.register_filesystem(folder.filesystem)
-            columns = ", ".join(f'"{column}"' for column in wanted)
-            duck.execute(f"SELECT {columns} FROM read_parquet($path)", {"path": folder.path(name)})
-            while duck.fetchmany(10_000):
-                pass
+        with _apart(folder) as duck:
+            _read_to_end(duck, f"SELECT {columns} FROM read_parquet($path)", {"path": folder.path(name)})
     except duckdb.Error:
         return False
     return True
+
+
+@contextmanager
+def _apart(folder: Folder) -> Generator[Any]:
+    """Yield a DuckDB of its own: some damages leave the process's one unusable."""
+    import duckdb
+
+    with duckdb.connect(config={"threads": 1, "autoload_known_extensions": False}) as duck:
+        if folder.filesystem is not None:
+            duck.register_filesystem(folder.filesystem)
+        yield duck
+
+
+def _read_to_end(duck: Any, query: str, parameters: Mapping[str, str]) -> None:
+    duck.execute(query, parameters)
+    while duck.fetchmany(10_000):
+        pass
 
 
 class Guarded:

@@ -22,6 +22,7 @@ _FLAGS = {
     "assume_fov_deg": "--assume-fov",
     "undistort": "--no-undistort",
     "lines": "--no-lines",
+    "assume": "--no-assume",
     "drone": "--no-drone",
     "other_photos": "--no-other-photos",
     "sensor_mm": "--sensor-mm",
@@ -72,7 +73,11 @@ def _differences(now: Mapping[str, str], before: Mapping[str, str]) -> list[str]
         return [f"proxemetry was {before.get(VERSION)}, is {now[VERSION]}"]
     old: dict[str, Any] = {**_flat(json.loads(before[SETTINGS])), **_flat({"model": json.loads(before[MODELS])})}
     new: dict[str, Any] = {**_flat(json.loads(now[SETTINGS])), **_flat({"model": json.loads(now[MODELS])})}
-    return [_told(key, old.get(key), new.get(key)) for key in sorted({*old, *new}) if old.get(key) != new.get(key)]
+    unlike = [key for key in sorted({*old, *new}) if old.get(key) != new.get(key)]
+    # A setting without a value is one of a version that did not have it: those that are empty are written too.
+    later = [_spelled(key) for key in unlike if key not in old and not key.startswith("model.")]
+    by_earlier = [f"by a version of proxemetry without {', '.join(later)}"] if later else []
+    return by_earlier + [_told(key, old.get(key), new.get(key)) for key in unlike if _spelled(key) not in later]
 
 
 def _told(key: str, old: Any, new: Any) -> str:
@@ -80,6 +85,8 @@ def _told(key: str, old: Any, new: Any) -> str:
     files = [value.partition(_HASHED) if isinstance(value, str) else ("", "", "") for value in (old, new)]
     if files[0][1] and files[0][0] == files[1][0]:
         return f"{_spelled(key)} {files[0][0]} has another content now"
+    if _spelled(key).startswith("--no-") and isinstance(old, bool) and isinstance(new, bool):
+        old, new = not old, not new  # the flag says the opposite of the setting
     return f"{_spelled(key)} was {_shown(old)}, is {_shown(new)}"
 
 

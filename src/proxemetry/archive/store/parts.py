@@ -6,7 +6,7 @@ import hashlib
 import json
 import math
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from functools import cache
@@ -18,6 +18,7 @@ from ...scene import Scene
 from ...tables import TABLES, rows
 from .damage import BLANK, DIGEST, require_whole, seal
 from .duck import attached, connection, quoted
+from .earlier import AS_EVER, rows_of
 from .file_state import FileState
 from .folder import Folder
 
@@ -74,7 +75,8 @@ class PreviousRow:
     @property
     def own_focal(self) -> OwnFocal:
         """What the photo told of its focal length by itself."""
-        return OwnFocal(self.fields["own_focal"])
+        told = self.fields["own_focal"]  # missing where an earlier version wrote the part
+        return OwnFocal.of(self.scene) if told is None else OwnFocal(told)
 
     @property
     def scene(self) -> Scene:
@@ -194,15 +196,17 @@ def state(folder: Folder) -> str:
     return hashlib.sha256(repr(sorted(rows)).encode()).hexdigest()
 
 
-def every_row(folder: Folder, *, with_names: bool = False) -> str:
-    """Return the rows of all parts as SQL to select from; there must be a part. with_names: with their `filename`.
+def every_row(folder: Folder, *, with_names: bool = False, only: Sequence[str] = ()) -> str:
+    """Return the rows of all parts as SQL to select from; there must be a part.
 
-    What parts that are older than a column do not have is empty.
+    with_names: with their `filename`. only: those of `earlier.AS_EVER` that are wanted, where no others are.
     """
-    files = ", ".join(quoted(folder.path(name)) for name in names_of(folder))
-    rows = f"read_parquet([{files}]{', filename = true' if with_names else ''})"
-    none = f"SELECT unnest(from_json('[]'::JSON, {quoted(structure())}), max_depth := 2)"
-    return f"(FROM {rows} UNION ALL BY NAME {none})"
+    return rows_of(folder, names_of(folder), structure()[1:-1], only=only, with_names=with_names)
+
+
+def rows_of_shards(folder: Folder, shards: Iterable[int], duck: Any) -> str:
+    """Return the rows of some parts, with their `filename`; duck: a DuckDB cursor of the caller's thread."""
+    return rows_of(folder, list(map(name_of, shards)), structure()[1:-1], with_names=True, duck=duck)
 
 
 def write(folder: Folder, shard: int, records: Iterable[Record], metadata: Mapping[str, str]) -> None:
@@ -248,13 +252,13 @@ def measured_files(folder: Folder, shards: Iterable[int], cursor: Any = None) ->
 
     cursor: of DuckDB, for callers that are not the only thread.
     """
-    paths = [folder.path(name_of(s)) for s in shards]
-    if not paths:
+    names, duck = list(map(name_of, shards)), cursor or attached(folder)
+    if not names:
         return []
-    rows = (cursor or attached(folder)).execute(
-        "SELECT arg_min(photo, photo), arg_min(sha256, photo) FROM read_parquet($paths, filename = true) "
-        "WHERE coalesce(sha256, '') <> '' GROUP BY filename ORDER BY 1",
-        {"paths": paths},
+    every = rows_of(folder, names, structure()[1:-1], only=("photo", "sha256"), with_names=True, duck=duck)
+    rows = duck.execute(
+        f"SELECT arg_min(photo, photo), arg_min(sha256, photo) FROM {every} "
+        "WHERE coalesce(sha256, '') <> '' GROUP BY filename ORDER BY 1"
     )
     return rows.fetchall()
 
@@ -268,7 +272,7 @@ def scenes(
     """
     if not finished(folder):
         return
-    every = every_row(folder)
+    every = every_row(folder, only=AS_EVER)
     cursor = attached(folder).cursor()
     if photos is None and files is None:
         cursor.execute(f"SELECT scene FROM {every} ORDER BY photo")
@@ -282,7 +286,8 @@ def photos_of(folder: Folder, photos: Iterable[str], files: Iterable[str]) -> se
     """Return which photos there are of these names, or with these SHA-256."""
     if not finished(folder):
         return set()
-    found = attached(folder).execute(f"SELECT photo FROM {every_row(folder)} WHERE {_OF_THESE}", _these(photos, files))
+    every = every_row(folder, only=("photo", "sha256"))
+    found = attached(folder).execute(f"SELECT photo FROM {every} WHERE {_OF_THESE}", _these(photos, files))
     return {photo for (photo,) in found.fetchall()}
 
 
@@ -295,9 +300,8 @@ def previous_rows(folder: Folder, shard: int) -> dict[str, PreviousRow]:
     if not folder.exists(name_of(shard)):
         return {}
     require_whole(folder, [name_of(shard)])
-    found = attached(folder).execute(
-        "SELECT photo, to_json(part) FROM read_parquet($path) AS part", {"path": folder.path(name_of(shard))}
-    )
+    rows = rows_of(folder, [name_of(shard)], structure()[1:-1])
+    found = attached(folder).execute(f"SELECT photo, to_json(part) FROM {rows} AS part")
     return {photo: PreviousRow(json.loads(text)) for photo, text in found.fetchall()}
 
 
@@ -309,9 +313,9 @@ def copied(folder: Folder, shard: int, sha256: str, photo: str, file: FileState 
     if not folder.exists(name_of(shard)):
         return None
     require_whole(folder, [name_of(shard)])
+    rows = rows_of(folder, [name_of(shard)], structure()[1:-1])
     found = attached(folder).execute(
-        "SELECT to_json(part) FROM read_parquet($path) AS part WHERE sha256 = $sha256 LIMIT 1",
-        {"path": folder.path(name_of(shard)), "sha256": sha256},
+        f"SELECT to_json(part) FROM {rows} AS part WHERE sha256 = $sha256 LIMIT 1", {"sha256": sha256}
     )
     row = found.fetchone()
     if row is None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import logging
 import os
@@ -120,7 +121,7 @@ class Results:
         if not files or not parts.finished(self.folder):
             return []
         rows = attached(self.folder).execute(
-            f"SELECT DISTINCT sha256 FROM {parts.every_row(self.folder)} "
+            f"SELECT DISTINCT sha256 FROM {parts.every_row(self.folder, only=('sha256',))} "
             "WHERE sha256 IN (SELECT unnest($files::VARCHAR[]))",
             {"files": sorted(files)},
         )
@@ -186,6 +187,7 @@ class Results:
         with self._beside_log() as location:
             state = {
                 "version": __version__,
+                "columns": hashlib.sha256(structure().encode()).hexdigest(),
                 "settings": self.run.get("metadata", {}).get(SETTINGS_SHA256),
                 "parts": parts.state(self.folder),
                 "corrections": digest(location),
