@@ -78,7 +78,7 @@ def camera_from_dict(fields: Mapping[str, Any]) -> CameraEstimate:
         fields["reason"],
         fields.get("lens"),
         Mount.from_dict(fields["mount"]) if fields.get("mount") else None,
-        fields.get("why"),
+        fields.get("why") or "",
         tuple(map(Testimony.from_dict, fields.get("testimony", ()))),
     )
 
