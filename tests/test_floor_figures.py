@@ -99,7 +99,7 @@ def test_without_a_floor_circles_lie_at_the_bodies():
     bodies = replace(_bodies([(0.0, 8.0), (0.5, 9.0)]), floor=None)
     level = Level.of(_scene(bodies))
     assert level is not None and not level.is_floor
-    places, _ = ground_positions(bodies)
+    places = ground_positions(bodies)
     np.testing.assert_allclose(level.to_pixels(places, level.height_m), CAMERA.project(bodies.positions_m))
     assert Level.of(replace(_scene(bodies), camera=CameraEstimate(None))) is None
 
@@ -167,7 +167,7 @@ def test_figures_colour_by_who_is_near_and_say_how_probable_it_is():
     # as wide as the limit, so that two touch where they are nearer
     level = Level.of(scene)
     assert level is not None
-    wanted = level.circles_px(ground_positions(scene.bodies)[0], 1.0)
+    wanted = level.circles_px(ground_positions(scene.bodies), 1.0)
     drawn = [line.get_xydata() for line in figure.axes[0].lines if len(line.get_xydata()) == wanted.shape[1]]
     assert all(np.abs(wanted - outline).max(axis=(1, 2)).min() < 1e-6 for outline in drawn) and len(drawn) == 4
     narrow = circles(scene, None, within_m=0.5)

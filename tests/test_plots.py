@@ -11,12 +11,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from matplotlib.figure import Figure
+from matplotlib.path import Path as Outline
+from numpy.typing import NDArray
 from PIL import Image
 
 from proxemetry import plots
+from proxemetry.arrays import FloatArray
 from proxemetry.bodies import Bodies
 from proxemetry.camera import Camera, CameraEstimate
-from proxemetry.distances import UNCERTAIN, ZONES, measure_distances
+from proxemetry.distances import UNCERTAIN, ZONES, ground_frame, measure_distances
 from proxemetry.errors import OutputError, SettingsError
 from proxemetry.intervals import CHI2_2D
 from proxemetry.measure import place
@@ -24,7 +27,7 @@ from proxemetry.people import People
 from proxemetry.people.skeleton import COCO_17
 from proxemetry.photo import Photo
 from proxemetry.plots.faces import heads_px, pixelated
-from proxemetry.plots.geometry import ground_positions, horizon_px
+from proxemetry.plots.geometry import ground_positions, ground_regions, horizon_px
 from proxemetry.plots.lettering import draw_badges, to_points
 from proxemetry.plots.pair_selection import (
     PERSON_COLOURS,
@@ -205,14 +208,63 @@ def test_numbers_stand_out_from_every_person_colour() -> None:
         assert (light + 0.05) / (dark + 0.05) >= 4.5  # WCAG 2 AA
 
 
-def test_the_ellipse_holds_90_percent() -> None:
-    bodies = Bodies(np.array([[1.0, 0.0, 4.0]]), np.diag([0.04, 0.09, 0.25]), "test", ("torso",), (None,))
-    position, covariance = (a[0] for a in ground_positions(bodies))
+def _placed(position: list[float], covariance: FloatArray, up: tuple[float, float, float] | None = None) -> Bodies:
+    return Bodies(
+        np.array([position]), covariance, "test", ("torso",), (None,), up=None if up is None else np.array(up)
+    )
+
+
+def _inside(outline: FloatArray, points: FloatArray) -> NDArray[np.bool_]:
+    return np.asarray(Outline(np.concatenate([outline, outline[:1]])).contains_points(points))
+
+
+def test_where_a_person_stands_holds_90_percent() -> None:
+    bodies = _placed([1.0, 0.0, 4.0], np.diag([0.01, 0.02, 0.04]))
+    position, outline = ground_positions(bodies)[0], ground_regions(bodies)[0]
     assert position == pytest.approx([1.0, 4.0])
-    draws = np.random.default_rng(0).multivariate_normal(position, covariance, 40_000) - position
-    inside = np.einsum("ni,ij,nj->n", draws, np.linalg.inv(covariance), draws) <= CHI2_2D
-    assert inside.mean() == pytest.approx(0.9, abs=0.006)
+    draws = np.random.default_rng(0).multivariate_normal(position, np.diag([0.01, 0.04]), 40_000)
+    assert _inside(outline, draws).mean() == pytest.approx(0.9, abs=0.006)
     assert np.isnan(measure_distances(bodies).distance_m[0, 0])
+
+
+def test_where_a_person_stands_is_the_ellipse_where_depth_is_sure() -> None:
+    covariance = np.array([[4e-6, 0, 1e-6], [0, 1e-6, 0], [1e-6, 0, 9e-6]])
+    off = ground_regions(_placed([0.5, 0.2, 6.0], covariance))[0] - [0.5, 6.0]
+    mahalanobis = np.einsum("ki,ij,kj->k", off, np.linalg.inv(covariance[::2, ::2]), off)
+    assert mahalanobis == pytest.approx(CHI2_2D, rel=0.01)
+
+
+@given(
+    relative_sd=st.floats(0.001, 3.0), x=st.floats(-0.9, 0.9), depth=st.floats(0.3, 40.0), pitch=st.floats(-0.5, 1.2),
+)  # fmt: skip
+def test_nobody_stands_behind_the_camera_however_unsure_depth_is(
+    relative_sd: float, x: float, depth: float, pitch: float
+) -> None:
+    position = depth * np.array([x, 0.1, 1.0])
+    covariance = 1e-4 * depth**2 * np.eye(3) + relative_sd**2 * np.outer(position, position)
+    up = (0.0, -math.cos(pitch), -math.sin(pitch))
+    outline = ground_regions(_placed(list(position), covariance, up))[0]
+    seen = ground_frame(np.array(up))[:2] @ position
+    assert np.isfinite(outline).all()
+    assert (outline @ seen > 0).all()  # on the person's side of the camera
+    bearing = np.abs(np.arctan2(outline[:, 0] * seen[1] - outline[:, 1] * seen[0], outline @ seen))
+    assert bearing.max() < 0.1 * np.linalg.norm(position) / np.linalg.norm(seen)  # along the line of sight
+
+
+@pytest.mark.parametrize("log_sd", [0.01, 0.2, 0.4, 0.8])
+def test_depth_that_is_uncertain_by_a_factor_is_drawn_by_it(log_sd: float) -> None:
+    """Depths about the median 5 m by exp(N(0, sd)): the covariance about it gives their ends again."""
+    w = math.exp(log_sd**2 / 2)
+    covariance = np.diag([1e-12, 1e-12, 25 * (w**4 - 2 * w + 1)])
+    outline = ground_regions(_placed([0.0, 0.0, 5.0], covariance))[0]
+    ends = np.log(outline[:, 1] / 5)
+    assert (ends.min(), ends.max()) == pytest.approx(
+        (-log_sd * math.sqrt(CHI2_2D), log_sd * math.sqrt(CHI2_2D)), rel=0.01
+    )
+
+
+def test_people_who_are_not_placed_have_no_region() -> None:
+    assert np.isnan(ground_regions(Bodies.unplaced(2, "test", "why"))).all()
 
 
 def test_blurring_covers_the_face_and_nothing_far_from_it() -> None:

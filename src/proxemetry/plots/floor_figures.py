@@ -52,7 +52,7 @@ def circles_figure(scene: Scene, photo: Photo | None, within_m: float, faces: st
     axes.set_axis_off()
     if level is None:
         return figure
-    places, _ = ground_positions(scene.bodies)
+    places = ground_positions(scene.bodies)
     outlines = level.circles_px(places, within_m / 2)
     middles = level.to_pixels(places, level.height_m)
     for person in _farthest_first(scene):
@@ -72,7 +72,7 @@ def birds_eye_figure(scene: Scene, photo: Photo | None, within_m: float, faces: 
         draw_nobody(axes, scene)
         return figure
     axes.tick_params(length=0, labelsize=7, labelcolor="#555555", pad=2)
-    places, _ = ground_positions(scene.bodies)
+    places = ground_positions(scene.bodies)
     _set_bounds(axes, places[placed], within_m)
     if photo is not None and level is not None and level.is_floor:
         _draw_flat(axes, _pixels(scene, photo, faces), level)

@@ -25,19 +25,57 @@ def anchors_px(people: People) -> FloatArray:
     return middle
 
 
-def ground_positions(bodies: Bodies) -> tuple[FloatArray, FloatArray]:
-    """Return positions (P, 2) and covariances (P, 2, 2) on the ground: metres to the camera's right, and forward."""
-    frame = ground_frame(bodies.up)[:2]
-    blocks = bodies.covariance_m2.reshape(len(bodies), 3, len(bodies), 3)
-    own = np.einsum("ikil->ikl", blocks)
-    return bodies.positions_m @ frame.T, frame @ own @ frame.T
+def ground_positions(bodies: Bodies) -> FloatArray:
+    """Return positions on the ground, shape (P, 2): metres to the camera's right, and forward."""
+    return bodies.positions_m @ ground_frame(bodies.up)[:2].T
 
 
-def ellipse(covariance_m2: FloatArray) -> tuple[float, float, float]:
-    """Return the half axes in metres and the angle in radians, from right to forward, of the 90 % ellipse."""
-    values, vectors = np.linalg.eigh(covariance_m2)
-    a, b = np.sqrt(CHI2_2D * np.maximum(values, 0))
-    return float(a), float(b), math.atan2(vectors[1, 0], vectors[0, 0])
+def ground_regions(bodies: Bodies) -> FloatArray:
+    """Return the outlines of where each person stands with 90 %, shape (P, K, 2); NaN where unknown.
+
+    A distance from the camera is uncertain by a factor: at twice the focal length everybody is twice as far. So what
+    the covariance says of the line of sight is taken for the logarithm's, which keeps everybody in front of the camera.
+    Where depth is sure that is the ellipse of the covariance.
+    """
+    plane = ground_frame(bodies.up)[:2]
+    own = np.einsum("ikil->ikl", bodies.covariance_m2.reshape(len(bodies), 3, len(bodies), 3))
+    angle = np.linspace(0, 2 * math.pi, _OUTLINE, endpoint=False)
+    circle = math.sqrt(CHI2_2D) * np.column_stack([np.cos(angle), np.sin(angle)])
+    outlines = np.full((len(bodies), _OUTLINE, 2), np.nan)
+    for person in np.flatnonzero(bodies.placed & np.isfinite(own).all(axis=(1, 2))):
+        position, covariance = bodies.positions_m[person], own[person]
+        values, vectors = np.linalg.eigh(plane @ covariance @ plane.T)
+        root = np.sqrt(np.maximum(values, 0.0))
+        # Of all errors in space that look like this one from above, the likeliest.
+        onto = covariance @ plane.T @ vectors / np.maximum(root, _SURE_M)
+        outlines[person] = _before_the_camera(position, circle @ onto.T, covariance) @ plane.T
+    return outlines
+
+
+#: Corners of an outline, and the least standard deviation that is drawn, metres.
+_OUTLINE, _SURE_M = 64, 1e-6
+
+
+def _before_the_camera(position: FloatArray, errors: FloatArray, covariance: FloatArray) -> FloatArray:
+    """Return a position with errors (K, 3), in which those along the line of sight are factors."""
+    distance = float(np.linalg.norm(position))
+    sight = position / distance
+    relative_sd = math.sqrt(max(float(sight @ covariance @ sight), 0.0)) / distance
+    along = errors @ sight / distance
+    factor = np.exp(along * (_log_sd(relative_sd) / relative_sd if relative_sd > _SURE_M else 1.0))
+    across = errors - np.outer(along * distance, sight)
+    return (position + across) * factor[:, None]
+
+
+def _log_sd(relative_sd: float) -> float:
+    """Return the logarithm's standard deviation where values lie about their median with this relative deviation.
+
+    Of a log-normal distribution with median 1, E (x - 1)^2 = w^4 - 2 w + 1 with w = exp(sd^2 / 2).
+    """
+    if relative_sd < 1e-3:
+        return relative_sd
+    roots = np.roots([1.0, 0.0, 0.0, -2.0, 1.0 - relative_sd**2])
+    return math.sqrt(2 * math.log(max(root.real for root in roots if abs(root.imag) < 1e-9)))
 
 
 def horizon_px(camera: Camera, pitch_rad: float, roll_rad: float) -> FloatArray:

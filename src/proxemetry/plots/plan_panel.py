@@ -7,13 +7,12 @@ import math
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
-from matplotlib.patches import Ellipse, Polygon
+from matplotlib.patches import Polygon
 from matplotlib.patheffects import Normal, Stroke
 
 from ..arrays import FloatArray
-from ..intervals import CHI2_2D
 from ..scene import Scene
-from .geometry import camera_as_fitted, ellipse, field_of_view, ground_positions
+from .geometry import camera_as_fitted, field_of_view, ground_positions, ground_regions
 from .lettering import badge_radius_pt, draw_badges, draw_pair_labels, panel_box, to_points
 from .pair_selection import colour_of, line_colours, line_styles, number_text, short_pair_text
 from .placement import Obstacles, around
@@ -22,8 +21,8 @@ _PAPER, _GRID, _INK = "#FBFBF9", "#DEDEDA", "#555555"
 _STEPS_M = (1, 2, 5, 10, 20, 50, 100, 200, 500)
 _MOST_LINES = 26
 _ARROW_M = 0.55
-#: Ellipses reach out of the picture beyond this share of how far apart people stand.
-_ELLIPSE_SHARE = 0.3
+#: Where people may stand reaches out of the picture beyond this share of how far apart they stand.
+_REGION_SHARE = 0.3
 
 
 def draw_plan(axes: Axes, scene: Scene, shown: list[tuple[int, int]]) -> None:
@@ -36,12 +35,12 @@ def draw_plan(axes: Axes, scene: Scene, shown: list[tuple[int, int]]) -> None:
     if not placed:
         draw_nobody(axes, scene)
         return
-    positions, covariances = ground_positions(scene.bodies)
-    set_limits(axes, positions[placed], covariances[placed])
+    positions, regions = ground_positions(scene.bodies), ground_regions(scene.bodies)
+    set_limits(axes, positions[placed], regions[placed])
     draw_grid(axes)
     draw_camera(axes, scene)
     for person in placed:
-        draw_ellipse(axes, positions[person], covariances[person], colour_of(person))
+        draw_region(axes, regions[person], colour_of(person))
         draw_heading(axes, positions[person], float(scene.bodies.heading_rad[person]))
     farthest_first = shown[::-1]
     segments = [positions[[a, b]] for a, b in farthest_first]
@@ -68,12 +67,13 @@ def draw_nobody(axes: Axes, scene: Scene) -> None:
     axes.text(0.5, 0.5, text, transform=axes.transAxes, ha="center", va="center", size=10, color=_INK)
 
 
-def set_limits(axes: Axes, positions: FloatArray, covariances: FloatArray) -> None:
-    """Fit all people with the nearer part of the ellipses, and the camera unless people would be dots next to it."""
-    reach = np.sqrt(CHI2_2D * np.einsum("pkk->pk", covariances))
+def set_limits(axes: Axes, positions: FloatArray, regions: FloatArray) -> None:
+    """Fit all people with the nearer part of where they may stand, and the camera unless people would be dots by it."""
     spread = max(float(np.ptp(positions, axis=0).max()), 2.0)
-    reach = np.minimum(np.nan_to_num(reach), max(_ELLIPSE_SHARE * spread, 1.0)) + _ARROW_M
-    low, high = (positions - reach).min(axis=0), (positions + reach).max(axis=0)
+    reach = max(_REGION_SHARE * spread, 1.0)
+    outlines = np.where(np.isfinite(regions), regions, positions[:, None])
+    near = np.clip(outlines, positions[:, None] - reach, positions[:, None] + reach)
+    low, high = near.min(axis=(0, 1)) - _ARROW_M, near.max(axis=(0, 1)) + _ARROW_M
     if low[1] < 1.5 * (high[1] - low[1]) + 2.0:
         low, high = np.minimum(low, (-0.6, -0.6)), np.maximum(high, (0.6, 0.6))
     x0, y0, x1, y1 = panel_box(axes)
@@ -119,19 +119,14 @@ def draw_camera(axes: Axes, scene: Scene) -> None:
         )
 
 
-def draw_ellipse(axes: Axes, position: FloatArray, covariance: FloatArray, colour: str) -> None:
+def draw_region(axes: Axes, outline: FloatArray, colour: str) -> None:
     """Draw where a person may stand, 90 %."""
-    if not np.isfinite(covariance).all():
+    if not np.isfinite(outline).all():
         return
-    width, height, angle = ellipse(covariance)
     for face, edge, alpha in ((colour, "none", 0.22), ("none", "#333333", 0.7)):
         axes.add_patch(
-            Ellipse(
-                (float(position[0]), float(position[1])), 2 * width, 2 * height, angle=math.degrees(angle),
-                facecolor=face, edgecolor=edge,
-                linewidth=0.7, alpha=alpha, zorder=1.5,
-            )
-        )  # fmt: skip
+            Polygon(outline, closed=True, facecolor=face, edgecolor=edge, linewidth=0.7, alpha=alpha, zorder=1.5)
+        )
 
 
 def draw_heading(axes: Axes, position: FloatArray, heading_rad: float) -> None:

@@ -17,7 +17,7 @@ from ..distances import UNCERTAIN
 from ..intervals import HALF_WIDTH_SD
 from ..people.doubts import in_words
 from ..plots.faces import heads_px
-from ..plots.geometry import anchors_px, camera_as_fitted, ellipse, field_of_view, ground_positions
+from ..plots.geometry import anchors_px, camera_as_fitted, field_of_view, ground_positions, ground_regions
 from ..plots.pair_selection import UNPLACED_COLOUR, camera_text, colour_of, pairs_shown, text_on
 from ..plots.zone_colours import ZONE_COLOURS
 from ..scene import Scene
@@ -106,7 +106,7 @@ def _camera(scene: Scene) -> dict[str, Any]:
 def _people(scene: Scene) -> list[dict[str, Any]]:
     people, bodies = scene.people, scene.bodies
     heads, anchors = heads_px(people), anchors_px(people)
-    positions, covariances = ground_positions(bodies)
+    positions, regions = ground_positions(bodies), ground_regions(bodies)
     locate = scene.settings.locate
     sizes = locate.body_sizes or (None,) * len(scene)
     return [
@@ -129,7 +129,7 @@ def _people(scene: Scene) -> list[dict[str, Any]]:
             "reason": bodies.reasons[i],
             "basis": bodies.basis[i],
             "ground": numbers(positions[i], 3),
-            "ellipse": numbers(ellipse(covariances[i])) if np.isfinite(covariances[i]).all() else None,
+            "region": [numbers(p, 2) for p in regions[i]] if np.isfinite(regions[i]).all() else None,
             "heading": number(bodies.heading_rad[i], 3),
             "stature_m": number(bodies.stature_m[i], 2),
             "size": sizes[i] if i < len(sizes) else None,

@@ -39,14 +39,14 @@ export class Plan {
     const [x0, y0, scale] = limits;
     const at = ([x, y]) => [(x - x0) * scale, height - (y - y0) * scale];
     const step = STEPS.find((s) => Math.max(width, height) / scale / s <= 24) ?? 500;
-    caption.textContent = `View from above, grid ${step} m, 90 % ellipses`;
+    caption.textContent = `View from above, grid ${step} m, shapes: where each stands with 90 %`;
     const root = svg("svg", { viewBox: `0 0 ${width} ${height}`, role: "img", "aria-label": this.words(placed) },
       this.grid(limits, width, height, step), this.camera(at, scale, width, height));
-    const ellipses = placed.map((p) => this.ellipse(p, at, scale));
+    const regions = placed.map((p) => this.region(p, at));
     const known = this.fields.pairs.filter((p) => p.distance_m !== null);
     const lines = known.map((p) => this.line(p, at)).filter(Boolean);
     const badges = placed.map((p) => this.badge(p, at(p.ground), placed.length > 14 ? 8 : 10));
-    root.append(...ellipses, ...lines, ...badges, ...this.labels(known, placed, at, width, height));
+    root.append(...regions, ...lines, ...badges, ...this.labels(known, placed, at, width, height));
     this.host.append(root);
   }
 
@@ -58,11 +58,12 @@ export class Plan {
   limits(placed, width, height) {
     let [left, right, low, high] = [Infinity, -Infinity, Infinity, -Infinity];
     const spread = Math.max(2, ...["0", "1"].map((k) => Math.max(...placed.map((p) => p.ground[k])) - Math.min(...placed.map((p) => p.ground[k]))));
-    for (const { ground: [x, y], ellipse } of placed) {
-      const [a, b, angle] = ellipse ?? [0, 0, 0];
-      const rx = Math.min(Math.hypot(a * Math.cos(angle), b * Math.sin(angle)), spread) + 0.6;
-      const ry = Math.min(Math.hypot(a * Math.sin(angle), b * Math.cos(angle)), spread) + 0.6;
-      [left, right, low, high] = [Math.min(left, x - rx), Math.max(right, x + rx), Math.min(low, y - ry), Math.max(high, y + ry)];
+    for (const { ground: [x, y], region } of placed) {
+      const corners = region ?? [[x, y]];
+      const within = (k, middle) => corners.map((corner) => Math.min(Math.max(corner[k], middle - spread), middle + spread));
+      const [across, ahead] = [within(0, x), within(1, y)];
+      [left, right] = [Math.min(left, ...across.map((v) => v - 0.6)), Math.max(right, ...across.map((v) => v + 0.6))];
+      [low, high] = [Math.min(low, ...ahead.map((v) => v - 0.6)), Math.max(high, ...ahead.map((v) => v + 0.6))];
     }
     if (low < 1.5 * (high - low) + 2) {
       [left, right, low] = [Math.min(left, -0.6), Math.max(right, 0.6), Math.min(low, -0.6)];
@@ -94,13 +95,12 @@ export class Plan {
       svg("path", { class: "camera", d: `M${u - 6} ${v + 5}L${u} ${v - 7}L${u + 6} ${v + 5}Z` }));
   }
 
-  ellipse(p, at, scale) {
+  region(p, at) {
     const [u, v] = at(p.ground);
     const group = svg("g", { "data-person": p.number });
-    if (p.ellipse) {
-      const [a, b, angle] = p.ellipse;
-      group.append(svg("ellipse", { class: "ellipse", rx: a * scale, ry: b * scale, fill: p.colour,
-        transform: `translate(${u} ${v}) rotate(${(-angle * 180) / Math.PI})`, onclick: () => this.on.choose(p.number) }));
+    if (p.region) {
+      group.append(svg("polygon", { class: "region", points: p.region.map((corner) => at(corner).join(",")).join(" "), fill: p.colour,
+        onclick: () => this.on.choose(p.number) }));
     }
     if (p.heading !== null) {
       const [x, y] = at([p.ground[0] + 0.8 * Math.sin(p.heading), p.ground[1] - 0.8 * Math.cos(p.heading)]);
