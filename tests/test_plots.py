@@ -235,20 +235,27 @@ def test_where_a_person_stands_is_the_ellipse_where_depth_is_sure() -> None:
 
 
 @given(
-    relative_sd=st.floats(0.001, 3.0), x=st.floats(-0.9, 0.9), depth=st.floats(0.3, 40.0), pitch=st.floats(-0.5, 1.2),
-)  # fmt: skip
-def test_nobody_stands_behind_the_camera_however_unsure_depth_is(
+    relative_sd=st.floats(0.001, 3.0), x=st.floats(-0.9, 0.9), depth=st.floats(0.3, 40.0), pitch=st.floats(-0.5, 1.2)
+)
+def test_whose_size_is_unsure_stands_on_the_line_of_sight_before_the_camera(
     relative_sd: float, x: float, depth: float, pitch: float
 ) -> None:
     position = depth * np.array([x, 0.1, 1.0])
-    covariance = 1e-4 * depth**2 * np.eye(3) + relative_sd**2 * np.outer(position, position)
+    covariance = relative_sd**2 * np.outer(position, position) + 1e-8 * depth**2 * np.eye(3)
     up = (0.0, -math.cos(pitch), -math.sin(pitch))
     outline = ground_regions(_placed(list(position), covariance, up))[0]
     seen = ground_frame(np.array(up))[:2] @ position
-    assert np.isfinite(outline).all()
-    assert (outline @ seen > 0).all()  # on the person's side of the camera
-    bearing = np.abs(np.arctan2(outline[:, 0] * seen[1] - outline[:, 1] * seen[0], outline @ seen))
-    assert bearing.max() < 0.1 * np.linalg.norm(position) / np.linalg.norm(seen)  # along the line of sight
+    along = outline @ seen / (seen @ seen)
+    assert (along > 0).all()
+    assert np.abs(outline - np.outer(along, seen)).max() < 2e-3 * depth * max(1.0, along.max())
+
+
+@given(relative_sd=st.floats(0.01, 3.0), x=st.floats(-0.9, 0.9), depth=st.floats(0.3, 40.0))
+def test_at_an_unsure_focal_length_people_stay_as_far_from_the_axis(relative_sd: float, x: float, depth: float) -> None:
+    position = [x * depth, 0.2, depth]
+    outline = ground_regions(_placed(position, np.diag([1e-8, 1e-8, (relative_sd * depth) ** 2])))[0]
+    assert outline[:, 0] == pytest.approx(np.full(len(outline), x * depth), abs=1e-3)
+    assert (outline[:, 1] > 0).all()
 
 
 @pytest.mark.parametrize("log_sd", [0.01, 0.2, 0.4, 0.8])

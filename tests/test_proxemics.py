@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from proxemetry.bodies import Bodies, Mode
 from proxemetry.camera import Camera
 from proxemetry.distances import measure_distances
+from proxemetry.draws import log_sd
 from proxemetry.people import People
 from proxemetry.people.skeleton import COCO_17
 from proxemetry.proxemics import ORIENTATIONS, Proxemics, _shots, _turned, measure_proxemics, phase_of
@@ -62,10 +63,26 @@ def test_nobody_is_a_valid_answer():
     assert found.shots == () and found.nearest.shape == (0,) and found.group_size.shape == (0,)
 
 
-def test_the_distance_from_the_camera_is_gaussian_along_the_line_of_sight():
+def test_the_distance_from_the_camera_is_uncertain_along_the_line_of_sight():
     found = measured(bodies_at([(3, 0, 4)], sd_m=0.2))
     assert found.camera_distance_m[0] == pytest.approx(5)
-    assert [found.camera_low_m[0], found.camera_high_m[0]] == pytest.approx([5 - 0.329, 5 + 0.329], abs=0.01)
+    assert [found.camera_low_m[0], found.camera_high_m[0]] == pytest.approx([5 - 0.329, 5 + 0.329], abs=0.02)
+
+
+@given(relative_sd=st.floats(0.01, 3.0))
+def test_nobody_is_behind_the_camera_however_unsure_depth_is(relative_sd: float):
+    found = measured(bodies_at([(0, 0, 5)], sd_m=5 * relative_sd))
+    sd = float(log_sd(relative_sd))
+    # The shortest interval of a log-normal distribution lies about its mode, exp(-sd^2).
+    ends = 5 * np.exp(-(sd**2) + 1.645 * sd * np.array([-1, 1]))
+    assert 0 < found.camera_low_m[0] < 5 < found.camera_high_m[0]
+    if relative_sd < 0.3:
+        assert [found.camera_low_m[0], found.camera_high_m[0]] == pytest.approx(list(ends), rel=0.02)
+
+
+@given(sd=st.floats(1e-4, 2.0))
+def test_the_logarithms_deviation_is_that_of_the_factor(sd: float):
+    assert float(log_sd(math.sqrt(math.expm1(2 * sd**2) - 2 * math.expm1(sd**2 / 2)))) == pytest.approx(sd, rel=1e-6)
 
 
 def test_the_distance_from_the_camera_holds_every_explanation():

@@ -161,7 +161,7 @@ def test_the_whole_way(tab: Tab, results: Results) -> None:
 def test_dragging_a_joint_moves_the_person(tab: Tab) -> None:
     page = tab.page
     tab.open_photo("two.jpg")
-    before = page.locator(".plan text").all_inner_texts()
+    before = page.locator(".plan text").all_text_contents()
     for side in ("left_hip", "right_hip"):
         box = page.locator(f'.joint[data-person="0"][data-joint="{side}"]').bounding_box()
         x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
@@ -171,7 +171,7 @@ def test_dragging_a_joint_moves_the_person(tab: Tab) -> None:
         page.mouse.move(x, y + 60, steps=4)
         with tab.corrected():
             page.mouse.up()
-    assert page.locator(".plan text").all_inner_texts() != before
+    assert page.locator(".plan text").all_text_contents() != before
     page.click("#tab-history")
     tab.counts("#tab-panel li", 2)
     tab.shot("history")

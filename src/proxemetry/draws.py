@@ -71,3 +71,19 @@ def pairs_within(
             nearest[some] = np.minimum(nearest[some], gap)
     close = nearest <= reach_m
     return a[close], b[close]
+
+
+_STEPS = 40  # of Newton: with the most, at a deviation of a million, it has converged
+
+
+def log_sd(relative_sd: FloatArray | float) -> FloatArray:
+    """Return the logarithm's standard deviation of what lies about its median with this relative deviation.
+
+    Of a log-normal distribution with median 1, E (x - 1)^2 = w^4 - 2 w + 1 with w = exp(sd^2 / 2).
+    """
+    squared = np.square(np.asarray(relative_sd, dtype=float))
+    above = squared / 2  # w - 1, from above: the function is convex
+    for _ in range(_STEPS):
+        value = above * (2 + above * (6 + above * (4 + above))) - squared
+        above = above - value / (2 + above * (12 + above * (12 + above * 4)))
+    return np.sqrt(2 * np.log1p(np.maximum(above, 0.0)))

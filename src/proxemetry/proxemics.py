@@ -15,7 +15,7 @@ from .arrays import FloatArray, IntArray, freeze
 from .bodies import Bodies
 from .camera import Camera
 from .distances import UNCERTAIN, Distances, ground_frame, shortest_intervals
-from .draws import standard_normal
+from .draws import log_sd, standard_normal
 from .people import People
 
 #: Hall 1966, chapter 10: where the close phase of each zone ends, metres (6 inches; 2.5, 7 and 25 feet).
@@ -130,7 +130,8 @@ def _nearest(distance_m: FloatArray) -> IntArray:
 def _camera_distance(bodies: Bodies) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return each person's distance from the camera with the shortest 90 % interval over all explanations.
 
-    Each explanation's distance is Gaussian along the line of sight: what is uncertain across it hardly changes it.
+    Each explanation's distance is uncertain along the line of sight by a factor, so that it is never behind the camera;
+    what is uncertain across the line of sight hardly changes it.
     """
     count = len(bodies)
     distance = np.linalg.norm(bodies.positions_m, axis=1)
@@ -146,7 +147,7 @@ def _camera_distance(bodies: Bodies) -> tuple[FloatArray, FloatArray, FloatArray
         sight = positions[placed] / away[:, None]
         own = np.einsum("ikil->ikl", covariance.reshape(count, 3, count, 3))[placed]
         sd = np.sqrt(np.maximum(np.einsum("ik,ikl,il->i", sight, own, sight), 0.0))
-        drawn.append(np.abs(away[:, None] + sd[:, None] * points))
+        drawn.append(away[:, None] * np.exp(log_sd(sd / away)[:, None] * points))
         shares.append(np.full(len(points), weight / len(points)))
     lengths, weights = np.concatenate(drawn, axis=1), np.concatenate(shares)
     order = lengths.argsort(axis=1)

@@ -102,7 +102,7 @@ def photo_of(scene: Scene, photo: Photo | str | Path | None) -> Photo | None:
 
 
 def plan(scene: Scene, *, all_pairs: bool = False) -> Figure:
-    """Return the view from above alone: people with 90 % ellipses and headings, field of view, metre grid."""
+    """Return the view from above alone: where people stand with 90 %, their headings, field of view, metre grid."""
     _require_matplotlib()
     from .figure import plan_figure
 

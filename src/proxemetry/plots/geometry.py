@@ -11,6 +11,7 @@ from ..arrays import FloatArray
 from ..bodies import Bodies
 from ..camera import Camera
 from ..distances import ground_frame
+from ..draws import log_sd
 from ..intervals import CHI2_2D
 from ..people import People
 
@@ -33,9 +34,9 @@ def ground_positions(bodies: Bodies) -> FloatArray:
 def ground_regions(bodies: Bodies) -> FloatArray:
     """Return the outlines of where each person stands with 90 %, shape (P, K, 2); NaN where unknown.
 
-    A distance from the camera is uncertain by a factor: at twice the focal length everybody is twice as far. So what
-    the covariance says of the line of sight is taken for the logarithm's, which keeps everybody in front of the camera.
-    Where depth is sure that is the ellipse of the covariance.
+    A depth is uncertain by a factor: at twice the focal length everybody is twice as far. So what the covariance says
+    of depth is taken for its logarithm's, which keeps everybody before the camera. Where depth is sure the outline is
+    the ellipse of the covariance.
     """
     plane = ground_frame(bodies.up)[:2]
     own = np.einsum("ikil->ikl", bodies.covariance_m2.reshape(len(bodies), 3, len(bodies), 3))
@@ -57,25 +58,22 @@ _OUTLINE, _SURE_M = 64, 1e-6
 
 
 def _before_the_camera(position: FloatArray, errors: FloatArray, covariance: FloatArray) -> FloatArray:
-    """Return a position with errors (K, 3), in which those along the line of sight are factors."""
-    distance = float(np.linalg.norm(position))
-    sight = position / distance
-    relative_sd = math.sqrt(max(float(sight @ covariance @ sight), 0.0)) / distance
-    along = errors @ sight / distance
-    factor = np.exp(along * (_log_sd(relative_sd) / relative_sd if relative_sd > _SURE_M else 1.0))
-    across = errors - np.outer(along * distance, sight)
-    return (position + across) * factor[:, None]
+    """Return a position with errors (K, 3), in which those of the depth are factors.
 
-
-def _log_sd(relative_sd: float) -> float:
-    """Return the logarithm's standard deviation where values lie about their median with this relative deviation.
-
-    Of a log-normal distribution with median 1, E (x - 1)^2 = w^4 - 2 w + 1 with w = exp(sd^2 / 2).
+    What goes with depth across the picture does so by a power of that factor: the first where a body's size is unsure,
+    which leaves it on its line of sight, and none where the focal length is, which leaves it as far from the axis.
     """
-    if relative_sd < 1e-3:
-        return relative_sd
-    roots = np.roots([1.0, 0.0, 0.0, -2.0, 1.0 - relative_sd**2])
-    return math.sqrt(2 * math.log(max(root.real for root in roots if abs(root.imag) < 1e-9)))
+    depth = float(position[2])
+    relative_sd = math.sqrt(max(float(covariance[2, 2]), 0.0)) / max(depth, _SURE_M)
+    if depth <= 0 or relative_sd < _SURE_M:
+        return position + errors
+    relative = errors[:, 2] / depth
+    logarithm = relative * float(log_sd(relative_sd)) / relative_sd
+    slope = covariance[:2, 2] / (depth * relative_sd**2)  # of the place across the picture, with depth's relative error
+    power = float(np.clip(slope @ position[:2] / max(float(position[:2] @ position[:2]), _SURE_M**2), 0.0, 1.0))
+    along = np.outer(np.exp(power * logarithm), position[:2]) + np.outer(logarithm, slope - power * position[:2])
+    across = along + errors[:, :2] - np.outer(relative, slope)
+    return np.column_stack([across, depth * np.exp(logarithm)])
 
 
 def horizon_px(camera: Camera, pitch_rad: float, roll_rad: float) -> FloatArray:
