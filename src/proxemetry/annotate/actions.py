@@ -72,6 +72,11 @@ def _points(value: Any) -> dict[str, tuple[int, int]]:
     return {part: _pixel(value[part]) for part in PARTS if part in value}
 
 
+def _mapping(value: Any) -> Mapping[str, Any] | None:
+    _need(value is None or isinstance(value, dict), "what was read of a person is an object")
+    return value
+
+
 def _files(value: Any) -> list[str]:
     listed = cast("list[Any]", value) if isinstance(value, list) else []
     _need(bool(listed) and all(isinstance(v, str) and re.fullmatch(r"[0-9a-f]{64}", v) for v in listed),
@@ -98,11 +103,19 @@ def _propose(notes: PhotoNotes, value: Value) -> PhotoNotes:
     people, pose = value.get("people"), _text(value.get("pose"), "a back end's name")
     _need(isinstance(people, list) and len(cast("list[Any]", people)) <= MOST_PEOPLE, "a proposal lists people")
     found = tuple(
-        Person(_whole(p.get("person"), "a person's key"), None, _points(p.get("points")), pose)
+        Person(
+            _whole(p.get("person"), "a person's key"),
+            None if p.get("tag") is None else _tag(p["tag"], _PERSON),
+            _points(p.get("points")),
+            pose,
+            _mapping(p.get("read")),
+        )
         for p in cast("list[dict[str, Any]]", people)
     )
     known = {p.key for p in notes.people}
     _need(not known & {p.key for p in found} and len({p.key for p in found}) == len(found), "keys are used once")
+    tags = [p.tag for p in (*notes.people, *found) if p.tag is not None]
+    _need(len(set(tags)) == len(tags), "nobody is on a photo twice")
     return replace(notes, people=(*notes.people, *found), proposed=pose)
 
 

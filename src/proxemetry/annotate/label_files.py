@@ -13,6 +13,7 @@ from ..people.skeleton import PARTS
 from .lens import for_shape
 from .photos import OwnPhoto
 from .places import Places
+from .starting import COCO_FILE, coco_file
 from .state import Annotations, PhotoNotes, in_order
 
 #: What the annotator states of lenses, in the form of `--camera-table`.
@@ -41,6 +42,7 @@ def label_files(now: Annotations, photos: Sequence[OwnPhoto], places: dict[int, 
         else None,
         FOCAL_FILE: _focal_lengths(counted),
         CAMERA_TABLE: table,
+        COCO_FILE: coco_file(now, photos),
     }
 
 

@@ -17,12 +17,14 @@ from ..errors import OutputError, SettingsError
 from ..files import is_file, read_bytes
 from ..people import PoseBackend
 from ..pose import BACKENDS, backend_named, replays
+from ..pose.recorded import Recorded
 from .actions import apply, replayed
 from .history import PROPOSE, REDO, UNDO, History, history
 from .label_files import label_files
 from .photos import OwnPhoto, find_own_photos
 from .places import Places, remarks_on
 from .proposals import proposed_people
+from .starting import LabelFolder, is_label_folder, recorded_people
 from .state import Annotations, PhotoNotes
 
 #: The log in the folder of annotations.
@@ -167,6 +169,54 @@ class Project:
                 self._catch_up()
                 listed = proposed_people(people, photo.width, photo.height, self._next_key(photo))
                 self._keep(photo, PROPOSE, {"pose": self._backend.name[:100], "people": listed})
+
+    def start_from(self, path: str) -> tuple[int, int]:
+        """Take in the labels of another tool on every photo that has none yet; return how many photos and people.
+
+        path: a keypoint file or folder, or a folder of the benchmark's label files. Raises SettingsError,
+        KeypointsError or LabelsError where it cannot be used or names none of the photos.
+        """
+        with self._lock:
+            self._catch_up()
+            return self._from_label_folder(path) if is_label_folder(path) else self._from_keypoints(path)
+
+    def _from_keypoints(self, path: str) -> tuple[int, int]:
+        recorded = Recorded(path)
+        names = [photo.name for photo in self.photos]
+        if not any(map(recorded.names, names)):
+            raise SettingsError(f"{path}: names none of the {len(names)} photos, but {', '.join(recorded.photos[:2])}")
+        counts: list[int] = []
+        for photo in self._untouched():
+            people = recorded_people(recorded, photo, self._next_key(photo))
+            if people is not None:
+                self._keep(photo, PROPOSE, {"pose": Path(path).name[:100], "people": people})
+                counts.append(len(people))
+        self.write()
+        return len(counts), sum(counts)
+
+    def _from_label_folder(self, path: str) -> tuple[int, int]:
+        found = LabelFolder(path)
+        labelled = [(photo, image) for photo in self.photos if (image := found.image(photo)) is not None]
+        if not labelled:
+            raise SettingsError(f"{path}: names none of the {len(self.photos)} photos")
+        fresh = {photo.sha256 for photo in self._untouched()}
+        labelled = [(photo, image) for photo, image in labelled if photo.sha256 in fresh]
+        known = {(n, tag) for n in self.now.shoots for tag in self.now.shoot(n).spots}
+        for photo, image in labelled:
+            people = found.people(photo, image, self._next_key(photo))
+            self._keep(photo, PROPOSE, {"pose": Path(path).name[:100], "people": people})
+            for action, value in found.photo_actions(photo, image, self.now.photo(photo.sha256)):
+                self._keep(photo, action, value)
+        for action, value in found.shoot_actions({image.shoot for _, image in labelled}):
+            if (value["shoot"], value.get("tag")) not in known:  # what was measured here stays
+                self._keep(None, action, value)
+        self.write()
+        return len(labelled), sum(len(image) for _, image in labelled)
+
+    def _untouched(self) -> list[OwnPhoto]:
+        """Return the photos on which nobody has been marked or proposed yet."""
+        notes = {photo.sha256: self.now.photo(photo.sha256) for photo in self.photos}
+        return [p for p in self.photos if notes[p.sha256].proposed is None and not notes[p.sha256].people]
 
     def undo(self) -> Action | None:
         """Take back the latest action, whatever photo it was on; return it, None where there is none."""

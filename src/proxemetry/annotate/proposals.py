@@ -14,10 +14,13 @@ from ..people.skeleton import PARTS
 _LEAST_SCORE = 0.3
 
 
-def proposed_people(people: People, width: int, height: int, first_key: int) -> list[dict[str, Any]]:
+def proposed_people(
+    people: People, width: int, height: int, first_key: int, *, everybody: bool = False
+) -> list[dict[str, Any]]:
     """Return the people of a photo as a "propose" action lists them, from left to right; keys count from `first_key`.
 
-    As the rules have it, no point outside the picture is proposed, and no eyes where one of them is outside.
+    As the rules have it, no point outside the picture is proposed, and no eyes where one of them is outside. everybody:
+    with the people who have no point, last, and with each one's `row` of `people`.
     """
     seen = people.scores >= _LEAST_SCORE
     sure = replace(
@@ -33,12 +36,14 @@ def proposed_people(people: People, width: int, height: int, first_key: int) -> 
         inside[:, 0] &= ~((at < 0) | (at >= (width, height))).any(axis=-1)
     shown = [k for k in range(len(people)) if inside[k].any()]
     shown.sort(key=lambda k: float(parts[k, inside[k], 0].mean()))
+    rest = [k for k in range(len(people)) if everybody and not inside[k].any()]
     return [
         {
             "person": first_key + place,
+            **({"row": k} if everybody else {}),
             "points": {
                 part: [int(x), int(y)] for part, (x, y), there in zip(PARTS, parts[k], inside[k], strict=True) if there
             },
         }
-        for place, k in enumerate(shown)
+        for place, k in enumerate([*shown, *rest])
     ]

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import lru_cache
+from typing import Any
 
 from .places import Places, Spot, Tape, solve
 
@@ -24,13 +25,15 @@ class Person:
     """Somebody on a photo. key: tells the people of a photo apart. tag: who it is ("P3"), None while unnamed.
 
     points: part -> whole pixel of the upright full-size photo, the parts that are annotated alone. by: who set the
-    points first, a back end's name or "" for a person.
+    points first, a back end's name or "" for a person. read: what a file of another tool gives of them besides, as JSON
+    values: joints, box, score, attributes.
     """
 
     key: int
     tag: str | None = None
     points: Mapping[str, tuple[int, int]] = field(default_factory=dict[str, tuple[int, int]])
     by: str = ""
+    read: Mapping[str, Any] | None = None
 
 
 @dataclass(frozen=True)

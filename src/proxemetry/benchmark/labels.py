@@ -234,12 +234,20 @@ def _finite_number(text: str, where: str) -> float:
 
 def _read_truth(folder: Path) -> dict[str, dict[str, tuple[float, float, float]]]:
     """Return shoot -> tag -> position in millimetres, people only."""
+    return {
+        shoot: {tag: place for tag, place in places.items() if tag.startswith("P")}
+        for shoot, places in read_places(folder).items()
+    }
+
+
+def read_places(folder: str | Path) -> dict[str, dict[str, tuple[float, float, float]]]:
+    """Return shoot -> tag -> position in millimetres of people and cameras; raises LabelsError as `read_labels`."""
+    folder = Path(folder)
     truth: dict[str, dict[str, tuple[float, float, float]]] = {}
     for line, (shoot, tag, *xyz) in _rows(folder / TRUTH_FILE, 5):
         where = f"{folder / TRUTH_FILE}:{line}"
         x, y, z = (_finite_number(value, where) for value in xyz)
-        if tag.startswith("P"):
-            truth.setdefault(shoot, {})[tag] = (x, y, z)
+        truth.setdefault(shoot, {})[tag] = (x, y, z)
     return truth
 
 

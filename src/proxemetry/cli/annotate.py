@@ -26,6 +26,7 @@ _HOW = f"""How it goes:
 examples:
   proxemetry annotate photos --out labels                 open the page; the same command again goes on
   proxemetry annotate photos --out labels --pose none     click every point yourself
+  proxemetry annotate photos --out labels --labels cvat.json    begin with another tool's keypoints
   proxemetry annotate photos --out labels --check         write the files and list what is missing; no page
   proxemetry annotate photos --out labels --score         measure and score what is annotated; no page
 
@@ -49,6 +50,11 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--pose", default="auto", metavar="NAME",
         help=f"back end that proposes points, as in measure: auto, a name, recorded:FILE, or {NO_POSE} (default: auto)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--labels", metavar="FILE",
+        help="begin with another tool's labels: COCO keypoints (CVAT, Label Studio), Label Studio's JSON, OpenPose, "
+        "every other file that recorded:FILE takes, or a folder of KORTE's files",
     )  # fmt: skip
     parser.add_argument("--who", default="annotator", metavar="NAME", help="name to keep annotations under")
     parser.add_argument("--check", action="store_true", help="write the label files and list every fault; no page")
@@ -75,6 +81,9 @@ def run(args: argparse.Namespace) -> int:
     try:
         for why in project.left_out:
             print(f"proxemetry: left out: {why}", file=sys.stderr)
+        if args.labels:
+            photos, people = project.start_from(args.labels)
+            print(f"{args.labels}: {people} people on {photos} photos without labels yet", file=sys.stderr)
         if args.check and _check(project):
             return SOME_FAILED
         if args.score:

@@ -27,6 +27,8 @@ from .turned import is_unturned, upright
 #: How far the aspect ratios of a photo and of the photo in the file may be apart: what rounding a resize makes.
 _ASPECT_TOLERANCE = 0.02
 #: COCO's photos are called by their id. Numbers at the end of other names count something else.
+#: Label Studio puts eight digits before the name of a photo that is uploaded.
+_UPLOADED = re.compile(r"^[0-9a-f]{8}-")
 _COCO_NAME = re.compile(r"(?:^|^COCO_\w+_)(\d+)$")
 
 
@@ -44,6 +46,11 @@ class Recorded:
         self._by_name = _by_unique_name(self._path, recordings.photos)
         self._by_base = _unless_shared((PurePosixPath(name).name, r) for name, r in self._by_name.items())
         self._by_stem = _unless_shared((PurePosixPath(name).stem, r) for name, r in self._by_name.items())
+        self._by_upload = _unless_shared(
+            (_UPLOADED.sub("", PurePosixPath(name).name), r)
+            for name, r in self._by_name.items()
+            if _UPLOADED.match(PurePosixPath(name).name)
+        )
         self._by_number = {r.number: r for r in recordings.photos if r.number is not None}
         self.name = f"recorded:{self._path.name}"
         # A recording stands where other back ends have networks: its content is what the results were made of.
@@ -100,6 +107,10 @@ class Recorded:
             )
         return people.scaled(photo.width / recording.width, photo.height / recording.height)
 
+    def names(self, photo: str) -> bool:
+        """Return whether the recording has a photo of that name."""
+        return self._recording(photo) is not None
+
     def why_no_people(self, photo: Photo) -> str | None:
         """Return a message on a photo that the file does not name, None where it does: is it another photo's file?"""
         if self._recording(photo.name) is not None:
@@ -138,7 +149,12 @@ class Recorded:
 
     def _recording(self, name: str) -> RecordedPhoto | None:
         path = PurePosixPath(unicodedata.normalize("NFC", name.replace("\\", "/")))
-        found = self._by_name.get(str(path)) or self._by_base.get(path.name) or self._by_stem.get(path.stem)
+        found = (
+            self._by_name.get(str(path))
+            or self._by_base.get(path.name)
+            or self._by_stem.get(path.stem)
+            or self._by_upload.get(path.name)
+        )
         if found is None and (digits := _COCO_NAME.search(path.stem)):
             found = self._by_number.get(int(digits[1]))
         return found

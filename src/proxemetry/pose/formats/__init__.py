@@ -9,13 +9,14 @@ from typing import Any, cast
 
 from ...errors import KeypointsError
 from ...files import parse_json, read_text, reason_of
-from . import coco, mot, openpose, own, toolboxes
+from . import coco, label_studio, mot, openpose, own, toolboxes
 from .recording import RecordedPhoto, naming, refuse_fractions
 
 __all__ = ["RecordedPhoto", "Recordings", "read"]
 
 _KINDS = (
-    "our own, COCO annotations or results, OpenPose, MMPose, ViTPose, Ultralytics and MOT files are known; "
+    "our own, COCO annotations or results, OpenPose, MMPose, ViTPose, Ultralytics, Label Studio and MOT files are "
+    "known; "
     "docs/detectors.md shows them"
 )
 
@@ -99,6 +100,8 @@ def _list(where: str, path: Path, content: Sequence[Any]) -> Recordings:
     first: Mapping[str, Any] = content[0] if content else {}
     if not content or "image_id" in first:
         return Recordings(tuple(coco.read_results(where, content)), lists_empty=False)
+    if label_studio.is_label_studio(first):
+        return Recordings(tuple(label_studio.read_label_studio(where, content)))
     if "box" in first:
         return Recordings((toolboxes.read_ultralytics(where, path.stem, content),))
     if "keypoints" in first:

@@ -177,17 +177,18 @@ def people_of(skeleton: Skeleton, persons: Sequence[Person]) -> People:
 
 def has_shoulders(names: Sequence[str]) -> bool:
     """Whether named joints are those of a person."""
-    return {"left_shoulder", "right_shoulder"} <= set(_canonical_names(names))
+    return {"left_shoulder", "right_shoulder"} <= set(canonical_names(names))
 
 
-def _canonical_names(names: Sequence[str]) -> list[str]:
+def canonical_names(names: Sequence[str]) -> list[str]:
+    """Return joints' names as the project spells them, where it knows them."""
     plain = [n.lower().replace(" ", "_").replace("-", "_") for n in names]
     return [_ALIASES.get(n, n) for n in plain]
 
 
 def renamed(names: Sequence[str], persons: Sequence[Person]) -> tuple[Skeleton, list[Person]]:
     """Return the known skeleton that named joints fit into, and the people in its order; what it lacks is dropped."""
-    plain = _canonical_names(names)
+    plain = canonical_names(names)
     has_middles = "neck" in plain and "mid_hip" in plain
     skeleton = HALPE_26 if has_middles else COCO_17
     if not has_shoulders(names):
