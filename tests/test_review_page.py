@@ -597,3 +597,31 @@ def test_every_dropped_photo_is_taken_and_exported(browser: Any, results: Result
         assert len(rows) == 1 + 15 and {r["photo"] for r in rows} == {"two.jpg", "crowd.jpg"}
         tab.context.close()
     store.close()
+
+
+def test_what_people_were_recorded_as_is_shown_and_pairs_are_picked_by_it(browser: Any, tmp_path: Path) -> None:
+    photos = tmp_path / "photos"
+    name = "market/crowd.jpg"
+    people = people_at(PHOTOS[name][0], CAMERA)
+    draw_photo(photos / name, people)
+    scene = scene_of(photos / name, name)
+    masks = ["no", "no", "yes", "no", "<b>maybe</b>", ""]
+    worn = tuple({"mask": mask} if mask else {} for mask in masks)
+    write_results(tmp_path / "out", photos, [replace(scene, people=replace(scene.people, attributes=worn))])
+    with served(Review(FolderStore(str(tmp_path / "out")), "ada")) as (origin, token):
+        tab = Tab(browser, origin)
+        tab.page.goto(f"{origin}/?token={token}")
+        tab.page.wait_for_selector(".card")
+        tab.open_photo("crowd")
+        tab.counts("#tab-panel tbody tr", 15)
+        tab.page.select_option("#only", "mask=no")
+        tab.counts("#tab-panel tbody tr", 3)  # of three people
+        tab.says("#tab-panel", "3 of 15")
+        tab.shot("attributes")
+        tab.page.select_option("#only", "")
+        tab.counts("#tab-panel tbody tr", 15)
+        tab.page.click("#tab-people")
+        tab.says('#tab-panel tr[data-person="4"]', "mask <b>maybe</b>")
+        tab.shot("attributes-people")
+        assert tab.outside == [] and tab.problems == []
+        tab.context.close()

@@ -134,6 +134,7 @@ def _people(scene: Scene) -> list[dict[str, Any]]:
             "stature_m": number(bodies.stature_m[i], 2),
             "size": sizes[i] if i < len(sizes) else None,
             "off_floor": i in locate.off_floor,
+            "attributes": dict(people.attributes[i]) if people.attributes else {},
         }
         for i in range(len(scene))
     ]

@@ -23,6 +23,7 @@ export class Panel {
     this.host = host;
     this.on = on;
     this.tab = "pairs";
+    this.only = ""; // pairs of people with one recorded attribute, as name=value; "" for all
   }
 
   show(fields) {
@@ -74,16 +75,32 @@ export class Panel {
     if (pairs.every((p) => p.distance_m === null)) return html("p", { class: "hint", text: `No distances: ${this.fields.reason ?? "no person could be placed"}` });
     const doubts = pairs.some((p) => p.vague) ? ". ?: too uncertain for one number, read the interval" : "";
     const meaning = `Between body centres, ${ground ? "along the ground" : "in space (gravity unknown)"}; 90 % intervals${doubts}`;
-    const rows = pairs.map((p) => this.row({ "data-pair": `${p.a}-${p.b}` }, { pair: `${p.a}-${p.b}` },
+    const recorded = this.recorded();
+    const only = recorded.includes(this.only) ? this.only : "";
+    const counted = pairs.filter((p) => [p.a, p.b].every((k) => !only || this.isRecorded(k, only)));
+    const rows = counted.map((p) => this.row({ "data-pair": `${p.a}-${p.b}` }, { pair: `${p.a}-${p.b}` },
       html("th", { scope: "row" }, this.dot(p.a), " – ", this.dot(p.b)),
       html("td", { class: "num", text: p.distance_m === null ? "unknown" : metres(p.distance_m, p.low_m, p.high_m).replace(/ \[.*/, p.vague ? " ?" : "") }),
       html("td", { class: "num", text: p.low_m === null ? "" : metres(p.distance_m, p.low_m, p.high_m).replace(/^.*\[(.*)\]$/, "$1") }),
       html("td", { title: likely(p.zones) }, p.zone && swatch(p.colour), p.zone ?? ""),
       html("td", { class: "num", text: p.group === null ? "" : p.group.toFixed(2) })));
-    return html("table", {}, html("caption", { class: "hint", text: meaning }),
+    const filter = recorded.length > 0 && html("label", { class: "only" }, "Pairs of people recorded as ",
+      html("select", { id: "only", onchange: (e) => { this.only = e.target.value; this.open("pairs"); document.getElementById("only").focus(); } },
+        ["", ...recorded].map((text) => html("option", { value: text, selected: text === only ? "" : null, text: text || "anything" }))),
+      only && ` ${counted.length} of ${pairs.length}`);
+    return html("div", {}, filter, html("table", {}, html("caption", { class: "hint", text: meaning }),
       html("thead", {}, html("tr", {}, ["Pair", "Distance", "Interval, m", "Zone", "Group"].map((text, k) =>
         html("th", { scope: "col", class: [1, 2, 4].includes(k) ? "num" : null, text })))),
-      html("tbody", {}, rows));
+      html("tbody", {}, rows)));
+  }
+
+  isRecorded(number, text) {
+    return Object.entries(this.fields.people[number].attributes).some(([name, value]) => `${name}=${value}` === text);
+  }
+
+  recorded() {
+    const found = this.fields.people.flatMap((p) => Object.entries(p.attributes).map(([name, value]) => `${name}=${value}`));
+    return [...new Set(found)].sort();
   }
 
   people() {
@@ -93,7 +110,8 @@ export class Panel {
       html("th", { scope: "row" }, html("button", { type: "button", class: "plain", "aria-label": `Choose person ${p.number}`, onclick: () => this.on.choose(p.number) }, this.dot(p.number))),
       html("td", { class: "num", text: p.ground ? metres(p.ground[1]) : "" }),
       html("td", { text: p.placed ? p.basis.replaceAll("+", ", ") : p.reason ?? "no place" }),
-      html("td", { text: [SIZES[p.size] ?? p.size, p.off_floor && "off the floor"].filter(Boolean).join(", ") }),
+      html("td", { text: [SIZES[p.size] ?? p.size, p.off_floor && "off the floor",
+        ...Object.entries(p.attributes).map(([name, value]) => `${name} ${value}`)].filter(Boolean).join(", ") }),
       html("td", { class: "num", text: p.score === null ? "" : p.score.toFixed(2) }),
       doubtful && html("td", { text: p.doubt })));
     return html("table", {},
