@@ -9,10 +9,13 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from proxemetry.archive.figures.shoots import shoots_in_words
 from proxemetry.archive.run import run as run_module
+from proxemetry.archive.run.camera_pool import CameraPool, Shoot
 from proxemetry.archive.run.run import run
 from proxemetry.archive.run.work import Job
 from proxemetry.archive.store import parts
+from proxemetry.archive.store.folder import Folder
 from proxemetry.archive.store.results import Results
 from proxemetry.camera import Camera, FocalSource
 from proxemetry.camera.focal import estimate_camera
@@ -144,6 +147,10 @@ def test_one_shoot_is_told_by_all_its_people(tmp_path, capsys):
     said = capsys.readouterr().err
     assert "photos of 1920 x 1080 pixels without a focal length" in said
     assert "of another camera or zoom by their people: odd.jpg" in said
+    assert main(["summary", str(tmp_path / "out")]) == 0
+    assert "photos of 1920 x 1080 pixels without a focal length" in " ".join(capsys.readouterr().out.split())
+    assert main(["report", str(tmp_path / "out")]) == 0
+    assert "of another camera or zoom by their people: odd.jpg" in (tmp_path / "out" / "report.html").read_text()
     rows = rows_of(tmp_path / "out")
     for name in SHOOT:
         told = rows[name].camera
@@ -163,6 +170,7 @@ def test_a_level_shoot_says_that_its_people_do_not_tell(tmp_path):
     job = Job(str(tmp_path / "out"), f"recorded:{where}.json", settings=Settings(lines=False, same_camera=True))
     run([str(where)], job, jobs=0, on_progress=lambda told: said.append(getattr(told, "text", "")))
     assert any("leave it open" in text for text in said)
+    assert any("leave it open" in text for text in shoots_in_words(Folder(tmp_path / "out")))
     assert all(s.camera.source.kind is not FocalSource.PEOPLE_OF_PHOTOS for s in rows_of(tmp_path / "out").values())
 
 
@@ -257,3 +265,16 @@ def test_crops_are_told_by_the_same_lens_first():
     assert model.crop_at(4.0) is None
     one = SameModel("C", "Zoom", (CropRange(10.0, 1.99, 2.01, 1), CropRange(30.0, 1.98, 2.0, 2)))
     assert one.crop_at(20.0).photos == 3
+
+
+def test_what_is_told_of_many_photos_is_encoded_once(monkeypatch):
+    background = np.random.default_rng(0).integers(0, 255, (270, 480), dtype=np.uint8)
+    pool = CameraPool({}, {SIZE: Shoot(SameShoot(math.log(1200.0), 0.1, 30, 4), "said", background)})
+    asked = []
+    monkeypatch.setattr(Shoot, "to_dict", lambda shoot, real=Shoot.to_dict: asked.append(1) or real(shoot))
+    row = {"camera_make": None, "camera_model": None, "own_focal": "none", "width_px": 1080, "height_px": 1920}
+    assert len({pool.digest_for(row) for _ in range(50)} - {""}) == 1
+    assert len(asked) == 1
+    assert pool.digest_for({**row, "width_px": 1081}) == ""
+    other = CameraPool({}, {SIZE: Shoot(SameShoot(math.log(1300.0), 0.1, 30, 4), "said", background)})
+    assert other.digest_for(row) != pool.digest_for(row)

@@ -12,6 +12,7 @@ from typing import IO, Any
 
 from ..archive.figures.focal_bases import in_words
 from ..archive.figures.grouping import GROUPINGS, UNKNOWN
+from ..archive.figures.shoots import shoots_in_words
 from ..archive.figures.summary import Share, Summary, summarise
 from ..archive.store.folder import Folder
 from ..archive.store.results import Results
@@ -69,6 +70,8 @@ def run(args: argparse.Namespace) -> int:
         _write_csv(summary, sys.stdout)
     else:
         _print(summary)
+        for said in shoots_in_words(results.folder):
+            print(textwrap.fill(f"--same-camera: {said}", terminal_width(), subsequent_indent="  "))
     if args.csv and args.csv != "-":
         folder, _, name = args.csv.rpartition("/")
         with Folder(folder or ".").writing(name) as temporary, Path(temporary).open("w", newline="") as file:

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from ..archive.figures.focal_bases import focal_bases
+from ..archive.figures.shoots import shoots_in_words
 from ..archive.figures.grouping import UNKNOWN, sql_of
 from ..archive.figures.restriction import counted
 from ..archive.figures.summary import Share
@@ -93,6 +94,7 @@ class Numbers:
     refusals: list[tuple[str, int]]
     unplaced: list[tuple[str, int]]
     focal_sources: list[tuple[str, int]]
+    shoots: list[str]
     flags: list[tuple[str, int]]
     doubts: list[tuple[PersonDoubt, int]]
     on_ground: float
@@ -140,6 +142,7 @@ def count(folder: Folder, group_by: str, n_sample: int, n_listed: int, where: Pa
         refusals=_counted(duck, _WHY, "report_photos WHERE status != 'ok'"),
         unplaced=_counted(duck, "reason", "report_people WHERE x_m IS NULL AND reason IS NOT NULL"),
         focal_sources=_counted(duck, "coalesce(focal_source, 'unknown')", "report_photos WHERE status != 'failed'"),
+        shoots=shoots_in_words(folder),
         flags=_counted(
             duck, "flag", "(SELECT unnest(string_split(camera_flags, '; ')) flag FROM report_photos) WHERE flag != ''"
         ),

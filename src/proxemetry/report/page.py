@@ -196,8 +196,15 @@ def _cameras(numbers: Numbers) -> str:
         "Estimated ones were found in the picture itself, from straight lines, people or other photos of the camera, "
         "each with its interval; ASSUMED is a guess, with an interval to match.</p>"
         f"{_counts('Measured photos', bases)}"
-        f"{_counts('Sources', numbers.focal_sources)}{_counts('Doubts about cameras', numbers.flags)}</section>"
+        f"{_counts('Sources', numbers.focal_sources)}{_shoots(numbers.shoots)}{_counts('Doubts about cameras', numbers.flags)}</section>"
     )
+
+
+def _shoots(shoots: Sequence[str]) -> str:
+    if not shoots:
+        return ""
+    said = "".join(f"<li>{escape(text)}</li>" for text in shoots)
+    return f"<h3>What the people of photos of one camera tell (--same-camera)</h3><ul>{said}</ul>"
 
 
 def _figures(figures: Sequence[tuple[str, str]], faces: str) -> str:

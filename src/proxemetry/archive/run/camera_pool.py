@@ -90,6 +90,10 @@ class CameraPool:
     models: Mapping[tuple[str, str], SameModel] = field(default_factory=dict[tuple[str, str], SameModel])
     shoots: Mapping[tuple[int, int], Shoot] = field(default_factory=dict[tuple[int, int], Shoot])
 
+    _digests: dict[tuple[int, int], str] = field(
+        default_factory=dict[tuple[int, int], str], init=False, repr=False, compare=False
+    )
+
     def __bool__(self) -> bool:
         return bool(self.models) or any(shoot.told is not None for shoot in self.shoots.values())
 
@@ -113,10 +117,10 @@ class CameraPool:
     def digest_for(self, row: Mapping[str, Any]) -> str:
         """Return what is told of a photo, by its row of a part, as a digest; "" for nothing."""
         model, shoot = self._of(row)
-        told = [None if model is None else model_to_dict(model), None if shoot is None else shoot.to_dict()]
-        if told == [None, None]:
-            return ""
-        return hashlib.sha256(json.dumps(told, sort_keys=True).encode()).hexdigest()[:16]
+        key = id(model), id(shoot)  # of the pool's own: a million rows ask about a few models and shoots
+        if key not in self._digests:
+            self._digests[key] = _digest(model, shoot)
+        return self._digests[key]
 
     def others_of(self, row: Mapping[str, Any], photo: Photo) -> Others:
         """Return what is told of a photo, by its row of a part."""
@@ -130,6 +134,11 @@ class CameraPool:
         size = (max(row["width_px"] or 0, row["height_px"] or 0), min(row["width_px"] or 0, row["height_px"] or 0))
         shoot = self.shoots.get(size)
         return model, shoot if shoot is not None and shoot.told is not None else None
+
+
+def _digest(model: SameModel | None, shoot: Shoot | None) -> str:
+    told = [None if model is None else model_to_dict(model), None if shoot is None else shoot.to_dict()]
+    return "" if told == [None, None] else hashlib.sha256(json.dumps(told, sort_keys=True).encode()).hexdigest()[:16]
 
 
 def open_rows(folder: Folder) -> Iterator[tuple[int, dict[str, Any]]]:
