@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 
 from ..archive.figures.focal_bases import focal_bases
-from ..archive.figures.shoots import shoots_in_words
 from ..archive.figures.grouping import UNKNOWN, sql_of
 from ..archive.figures.restriction import counted
+from ..archive.figures.shoots import shoots_in_words
 from ..archive.figures.summary import Share
 from ..archive.store.duck import attached, quoted
 from ..archive.store.folder import Folder

@@ -196,7 +196,8 @@ def _cameras(numbers: Numbers) -> str:
         "Estimated ones were found in the picture itself, from straight lines, people or other photos of the camera, "
         "each with its interval; ASSUMED is a guess, with an interval to match.</p>"
         f"{_counts('Measured photos', bases)}"
-        f"{_counts('Sources', numbers.focal_sources)}{_shoots(numbers.shoots)}{_counts('Doubts about cameras', numbers.flags)}</section>"
+        f"{_counts('Sources', numbers.focal_sources)}{_shoots(numbers.shoots)}"
+        f"{_counts('Doubts about cameras', numbers.flags)}</section>"
     )
 
 
