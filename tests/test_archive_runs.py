@@ -29,6 +29,7 @@ from proxemetry.archive.review.corrections import FILE, Log
 from proxemetry.archive.run import manifest_update, pool
 from proxemetry.archive.run.duplicates import find_duplicates, repeated
 from proxemetry.archive.run.run import run
+from proxemetry.archive.run.schedule import Note
 from proxemetry.archive.run.work import Job
 from proxemetry.archive.run.workers import require_same_networks
 from proxemetry.archive.store import manifest, parts
@@ -195,9 +196,11 @@ def test_copies_wait_for_the_shard_that_has_their_original(tmp_path):
 def test_a_copy_under_a_name_with_a_camera_of_its_own_is_measured(tmp_path):
     photos = write_photos(tmp_path / "photos", 1)
     shutil.copy(photos / "00" / "photo_00000.jpg", photos / "b.jpg")
-    (tmp_path / "cameras.csv").write_text("photo,focal_px\nb.jpg,200\n")
+    (tmp_path / "cameras.csv").write_text("photo,focal_px\nb.jpg,200\nb.jpeg,300\n")
     settings = Settings(focal=FocalRequest(camera_table=CameraTable.read(tmp_path / "cameras.csv")))
-    run([str(photos)], Job(str(tmp_path / "out"), TWO_PEOPLE, settings=settings), jobs=0)
+    said: list[object] = []
+    run([str(photos)], Job(str(tmp_path / "out"), TWO_PEOPLE, settings=settings), jobs=0, on_progress=said.append)
+    assert Note("cameras.csv: line 3 (b.jpeg) applies to no photo") in said
     focal = [float(r["focal_px"]) for r in rows(tmp_path / "out")]
     assert focal[1] == 200
     assert focal[0] != 200

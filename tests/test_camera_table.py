@@ -8,7 +8,7 @@ import pytest
 
 from proxemetry.camera import Mount
 from proxemetry.camera.focal import FocalRequest, estimate_camera
-from proxemetry.camera.table import CameraTable
+from proxemetry.camera.table import CameraRow, CameraTable
 from proxemetry.errors import CameraError, ProxemetryError, SettingsError
 from proxemetry.photo import Photo
 from proxemetry.photo.metadata import Metadata
@@ -139,3 +139,28 @@ def test_lengths_that_no_camera_has_are_one_line(tmp_path: Path, value: str) -> 
         FocalRequest(focal_mm=50, sensor_mm=(float(value), 24))
     with pytest.raises(ProxemetryError, match="height"):
         Mount.stated(0.1, 0.0, 0.0, height_sd_m=0.1)
+
+
+@pytest.mark.parametrize(
+    ("pattern", "fits", "fits_not"),
+    [
+        ("photo[1].jpg", "photo[1].jpg", "photo1.jpg"),
+        ("[a] holiday/*.jpg", "[a] holiday/1.jpg", "a holiday/1.jpg"),
+        ("photo[12].jpg", "photo[12].jpg", "photo3.jpg"),
+        ("photo[12].jpg", "photo2.jpg", "photo12.jpg"),
+        ("what[?].jpg", "what?.jpg", "whatx.jpg"),
+        ("all[*].jpg", "all*.jpg", "allx.jpg"),
+    ],
+)
+def test_a_names_own_brackets_are_no_pattern(pattern: str, fits: str, fits_not: str) -> None:
+    """A browser saves photo[1].jpg: a row for it applied to photo1.jpg instead, whose lens is another."""
+    row = CameraRow(2, pattern, focal_35mm=50.0)
+    assert row.applies(fits, None, None) and not row.applies(fits_not, None, None)
+
+
+def test_rows_that_name_no_photo_are_found() -> None:
+    rows = (CameraRow(2, "a*.jpg"), CameraRow(3, "b.jpg"), CameraRow(4, None, "Canon"), CameraRow(5, "c.jpg"))
+    table = CameraTable(rows)
+    assert [row.line for row in table.unused(["x/a1.jpg", "B.JPG"]) or ()] == [5]
+    assert table.unused(["a1.jpg", "b.jpg", "deep/c.jpg"]) == ()
+    assert table.unused(f"{k}.jpg" for k in range(400_000)) is None  # too long to know

@@ -8,21 +8,28 @@ from __future__ import annotations
 
 import csv
 import math
+import re
 import unicodedata
+from collections.abc import Iterable
 from dataclasses import dataclass, fields
 from fnmatch import fnmatchcase
+from functools import lru_cache
 from pathlib import Path
 
 from ..errors import CameraError, SettingsError
 from ..files import csv_lines, read_text
 from .mount import STATED_ANGLE_SD_RAD, Mount
 
+#: Brackets about one letter, which no glob needs: they are the name's own, as in a browser's photo[1].jpg.
+_ONE_LETTER = re.compile(r"\[([^]*?[!])\]")
 _KEYS = ("photo", "make", "model")
 _PLACE = (("pitch_deg", "pitch_sd_deg"), ("roll_deg", "roll_sd_deg"), ("height_m", "height_sd_m"))
 
 #: Bounds of a stated focal length or sensor side, millimetres or pixels: wider than any camera's, and squares and
 #: ratios of them are ordinary numbers.
 LENGTH_BOUNDS = (1e-3, 1e7)
+#: So many rows are held against names before it is given up which of them apply to no photo: some seconds.
+_MOST_TRIED = 300_000
 
 
 @dataclass(frozen=True)
@@ -104,12 +111,14 @@ class CameraRow:
 
     def applies(self, name: str, make: str | None, model: str | None) -> bool:
         """Return whether the row applies to a photo of that name from a camera of that make and model."""
-        path = name.replace("\\", "/")
-        if self.photo and not any(_matches(self.photo, p) for p in (path, path.rpartition("/")[2])):
-            return False
-        return all(
+        return self.names(name) and all(
             not wanted or _matches(wanted, had or "") for wanted, had in ((self.make, make), (self.model, model))
         )
+
+    def names(self, name: str) -> bool:
+        """Return whether the row applies to a photo of that name, whatever camera it is from."""
+        path = name.replace("\\", "/")
+        return not self.photo or any(_matches(self.photo, p) for p in (path, path.rpartition("/")[2]))
 
     @property
     def specificity(self) -> tuple[bool, int, int]:
@@ -126,9 +135,17 @@ def _radians(degrees: float | None, default: float = math.nan) -> float:
 
 
 def _matches(pattern: str, text: str) -> bool:
-    return fnmatchcase(_folded(text), _folded(pattern.replace("\\", "/")))
+    """Return whether a glob fits; a name that is written out fits itself, brackets in it or not: photo[1].jpg."""
+    name, wanted = _folded(text), _folded(pattern.replace("\\", "/"))
+    return name == wanted or fnmatchcase(name, _as_glob(wanted))
 
 
+@lru_cache(4096)
+def _as_glob(pattern: str) -> str:
+    return _ONE_LETTER.sub(r"[[]\1]", pattern)
+
+
+@lru_cache(4096)
 def _folded(text: str) -> str:
     """Return a name as it is compared: a Mac writes an umlaut as two signs where a spreadsheet writes one."""
     return unicodedata.normalize("NFC", text.strip().casefold())
@@ -175,6 +192,18 @@ class CameraTable:
         if not rows:
             raise CameraError(f"{path}: the camera table has no rows")
         return cls(tuple(rows), path.name)
+
+    def unused(self, names: Iterable[str]) -> tuple[CameraRow, ...] | None:
+        """Return the rows that name photos of which none is among these, None where it would take too long to know."""
+        left, tried = [row for row in self.rows if row.photo], 0
+        for name in names:
+            if not left:
+                break
+            tried += len(left)
+            if tried > _MOST_TRIED:
+                return None
+            left = [row for row in left if not row.names(name)]
+        return tuple(left)
 
     def row_for(self, name: str, make: str | None = None, model: str | None = None) -> CameraRow | None:
         """Return the most specific row that applies, the first of several alike, or None."""

@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
+from ...camera.table import CameraTable
 from ...errors import OutputError, SettingsError
 from ...pose import backend_named, replays
 from ...pose.recorded import Recorded
@@ -122,6 +123,8 @@ def _measured(
         if found.counts.again:
             on_progress(Note(_remeasured_note(found.counts.again)))
         _told_by_others(schedule, found.manifest)
+        if job.settings.focal.camera_table is not None:
+            _note_unused_rows(job.settings.focal.camera_table, found.manifest, on_progress)
         if update is not None and update.passed_over:
             on_progress(Note(update.passed_over))
         return found
@@ -157,6 +160,18 @@ def _told_by_others(schedule: Schedule, listed: Manifest) -> None:
         schedule.on_progress(Note(
             f"--same-camera told nothing: no {LEAST_PHOTOS} photos of one size show people and lack a focal length"
         ))  # fmt: skip
+
+
+def _note_unused_rows(
+    table: CameraTable, listed: Manifest, on_progress: Callable[[Progress | Note], None]
+) -> None:  # fmt: skip
+    """Say which rows of a camera table name no photo there is: a slip of the pen leaves a photo to its own file."""
+    unused = table.unused(item.photo for shard in range(listed.n_shards) for item in listed.items(shard))
+    if unused:
+        first = f"line {unused[0].line} ({unused[0].photo})"
+        more = f" and {len(unused) - 1} more" if len(unused) > 1 else ""
+        apply = "apply" if more else "applies"
+        on_progress(Note(f"{table.source}: {first}{more} {apply} to no photo"))
 
 
 def _sweep(folder: Folder) -> None:
