@@ -31,11 +31,18 @@ def pairwise_iou(a: FloatArray, b: FloatArray) -> FloatArray:
 
     It is NaN where one of the two is no box, of NaN or both without area.
     """
-    low, high = np.maximum(a[:, None, :2], b[None, :, :2]), np.minimum(a[:, None, 2:], b[None, :, 2:])
-    shared = np.maximum(high - low, 0.0).prod(axis=-1)
-    areas = [np.maximum(boxes[:, 2:] - boxes[:, :2], 0.0).prod(axis=-1) for boxes in (a, b)]
-    union = areas[0][:, None] + areas[1][None] - shared
-    return np.where(union > 0, shared / np.where(union > 0, union, 1.0), np.nan)
+    # axis by axis: arrays (N, M, 2) and products along them take four times as long
+    wide = np.minimum(a[:, 2, None], b[:, 2]) - np.maximum(a[:, 0, None], b[:, 0])
+    high = np.minimum(a[:, 3, None], b[:, 3]) - np.maximum(a[:, 1, None], b[:, 1])
+    shared = np.maximum(wide, 0.0, out=wide)
+    shared *= np.maximum(high, 0.0, out=high)
+    union = _areas(a)[:, None] + _areas(b) - shared
+    return np.divide(shared, union, out=np.full_like(union, np.nan), where=union > 0)
+
+
+def _areas(boxes: FloatArray) -> FloatArray:
+    sides = np.maximum(boxes[:, 2:] - boxes[:, :2], 0.0)
+    return sides[:, 0] * sides[:, 1]
 
 
 def sigmas_of(joints: Sequence[str]) -> FloatArray:
