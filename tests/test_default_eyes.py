@@ -101,7 +101,7 @@ class Machine:
         self.monkeypatch.setitem(packages.CLIENTS, "pip", (pip, ".whl", "the wheel"))
 
     def choose(self) -> str:
-        return default_eyes.choose(say=self.said.append)
+        return default_eyes.choose(log=self.said.append)
 
 
 @pytest.fixture
@@ -151,7 +151,7 @@ def test_what_was_chosen_stays_whatever_else_comes(machine: Machine) -> None:
     assert machine.choose() == "second"
     (machine.cache / "first.tflite").write_bytes(MADE)
     machine.said.clear()
-    assert default_eyes.chosen(say=machine.said.append) == "second"
+    assert default_eyes.chosen(log=machine.said.append) == "second"
     assert machine.said == []
     assert machine.choose() == "first"  # `models fetch` once more chooses anew, and says so
     assert machine.said == ["people will be found by first, the best of all; another: `--pose NAME`"]
@@ -219,7 +219,7 @@ def test_a_cut_download_goes_on_from_where_it_was_cut(machine: Machine) -> None:
     large = Model("large", _sha256(content), len(content), (address,), "a test", "Apache-2.0", "none")
     machine.monkeypatch.setitem(table.MODELS, "large", large)
     progress: list[tuple[int, int | None]] = []
-    done = weights.fetch(["large"], say=machine.said.append, progress=lambda n, of: progress.append((n, of)))
+    done = weights.fetch(["large"], log=machine.said.append, progress=lambda n, of: progress.append((n, of)))
     assert done[0].path.read_bytes() == content
     ranges = [wanted for path, wanted in machine.upstream.asked if path == "/large"]
     assert len(ranges) > 2 and ranges[0] is None
@@ -244,7 +244,7 @@ def test_offline_takes_what_is_here_and_says_so(machine: Machine) -> None:
         machine.choose()
     machine.cache.mkdir(exist_ok=True)
     (machine.cache / "third.tflite").write_bytes(THIRD)
-    assert default_eyes.chosen(offline=True, say=machine.said.append) == "third"
+    assert default_eyes.chosen(offline=True, log=machine.said.append) == "third"
     assert machine.said[-1].startswith("people will be found by third")
     assert machine.upstream.asked == []
 

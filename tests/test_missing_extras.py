@@ -71,6 +71,6 @@ def test_a_cache_that_cannot_be_written_is_told_once_and_before_anything_is_fetc
     monkeypatch.setenv("PROXEMETRY_CACHE", str(tmp_path))
     monkeypatch.delenv("PROXEMETRY_OFFLINE", raising=False)
     with pytest.raises(CacheError) as told:
-        default_eyes.choose(say=lambda line: None)
+        default_eyes.choose(log=lambda line: None)
     assert str(told.value) == f"{tmp_path}: cannot be written; name a folder that can with PROXEMETRY_CACHE"
     assert not any(tmp_path.iterdir())

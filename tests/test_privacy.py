@@ -51,7 +51,7 @@ def asking(review, **options):
         for path in (address, base + "api/photos", base + "api/photos/0", base + "api/photos/0/picture?size=320"):
             assert opener.open(path, timeout=30).status == 200
         os.kill(os.getpid(), 2)
-    serve(review, **{**options, "tell": lambda a: threading.Thread(target=ask, args=(a,), daemon=True).start()})
+    serve(review, **{**options, "on_ready": lambda a: threading.Thread(target=ask, args=(a,), daemon=True).start()})
 
 if __name__ == "__main__":
     import proxemetry.web.serve as module

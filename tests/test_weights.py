@@ -104,12 +104,12 @@ def test_fetches_over_the_web_and_is_whole(cache, server, monkeypatch):
     server.files["/net.onnx"] = CONTENT
     _model(monkeypatch, sources=(f"{server.address}/net.onnx",))
     said: list[str] = []
-    (located,) = weights.fetch(["net"], say=said.append)
+    (located,) = weights.fetch(["net"], log=said.append)
     assert located.path == cache / "net.onnx"
     assert located.path.read_bytes() == CONTENT
     assert located.sha256 == SHA256
     assert len(said) == 1
-    assert weights.fetch(["net"], say=said.append) == [located]
+    assert weights.fetch(["net"], log=said.append) == [located]
     assert len(said) == 1  # what is there is not fetched again
     assert sorted(p.name for p in cache.iterdir()) == ["net.onnx"]
 
@@ -121,7 +121,7 @@ def test_resumes_what_an_earlier_attempt_left(cache, server, monkeypatch, ranges
     _model(monkeypatch, sources=(f"{server.address}/net.onnx",))
     cache.mkdir()
     (cache / "net.onnx.part").write_bytes(CONTENT[:left])
-    (located,) = weights.fetch(["net"], say=lambda _: None)
+    (located,) = weights.fetch(["net"], log=lambda _: None)
     assert located.path.read_bytes() == CONTENT
     assert server.asked[0] == ("/net.onnx", f"bytes={left}-")
     assert not (cache / "net.onnx.part").exists()
@@ -132,7 +132,7 @@ def test_a_part_of_another_version_is_thrown_away(cache, server, monkeypatch):
     _model(monkeypatch, sources=(f"{server.address}/net.onnx",))
     cache.mkdir()
     (cache / "net.onnx.part").write_bytes(b"something else entirely")
-    (located,) = weights.fetch(["net"], say=lambda _: None)
+    (located,) = weights.fetch(["net"], log=lambda _: None)
     assert located.path.read_bytes() == CONTENT
 
 
@@ -140,7 +140,7 @@ def test_mirrors_are_tried_in_order_and_a_wrong_one_is_passed_over(cache, server
     server.files.update({"/wrong": b"x" * 500, "/right": CONTENT})
     base = server.address
     _model(monkeypatch, sources=(f"{base}/absent", f"{base}/wrong", f"{base}/right"))
-    (located,) = weights.fetch(["net"], say=lambda _: None)
+    (located,) = weights.fetch(["net"], log=lambda _: None)
     assert located.sha256 == SHA256
     assert [path for path, _ in server.asked] == ["/absent", "/wrong", "/right"]
 
@@ -149,7 +149,7 @@ def test_the_users_own_mirror_comes_first(cache, server, monkeypatch):
     server.files["/mine/net.onnx"] = CONTENT
     monkeypatch.setenv("PROXEMETRY_MIRROR", f"{server.address}/mine/")
     _model(monkeypatch, sources=(f"{server.address}/absent",))
-    weights.fetch(["net"], say=lambda _: None)
+    weights.fetch(["net"], log=lambda _: None)
     assert [path for path, _ in server.asked] == ["/mine/net.onnx"]
 
 
@@ -157,7 +157,7 @@ def test_when_every_source_fails_all_are_named_and_nothing_is_left(cache, server
     server.files["/wrong"] = b"wrong"
     _model(monkeypatch, sources=(f"{server.address}/wrong", f"{server.address}/absent"))
     with pytest.raises(ModelError, match=r"net.onnx: could not be fetched; .*/wrong: .*sha256.*; .*/absent: .*404"):
-        weights.fetch(["net"], say=lambda _: None)
+        weights.fetch(["net"], log=lambda _: None)
     assert list(cache.iterdir()) == []
 
 
@@ -167,7 +167,7 @@ def test_takes_a_member_out_of_a_zip(cache, server, monkeypatch):
         archive.writestr("deep/end2end.onnx", CONTENT)
     server.files["/a.zip"] = packed.getvalue()
     _model(monkeypatch, sources=(f"{server.address}/a.zip#deep/end2end.onnx",))
-    (located,) = weights.fetch(["net"], say=lambda _: None)
+    (located,) = weights.fetch(["net"], log=lambda _: None)
     assert located.path.read_bytes() == CONTENT
 
 
@@ -186,7 +186,7 @@ def test_takes_bytes_of_a_member_out_of_a_tar(cache, server, monkeypatch, before
     server.files["/a.tgz"] = _tgz(assets=before + CONTENT + after, other=b"x" * 5000)
     extent = f"{len(before)}-{len(before) + len(CONTENT)}"
     _model(monkeypatch, sources=(f"{server.address}/a.tgz#package/assets@{extent}",))
-    (located,) = weights.fetch(["net"], say=lambda _: None)
+    (located,) = weights.fetch(["net"], log=lambda _: None)
     assert located.path.read_bytes() == CONTENT
     assert sorted(p.name for p in cache.iterdir()) == ["net.onnx"]
 
@@ -194,7 +194,7 @@ def test_takes_bytes_of_a_member_out_of_a_tar(cache, server, monkeypatch, before
 def test_a_whole_member_of_a_tar_needs_no_bytes(cache, server, monkeypatch):
     server.files["/a.tar.gz"] = _tgz(network=CONTENT)
     _model(monkeypatch, sources=(f"{server.address}/a.tar.gz#package/network",))
-    assert weights.fetch(["net"], say=lambda _: None)[0].sha256 == SHA256
+    assert weights.fetch(["net"], log=lambda _: None)[0].sha256 == SHA256
 
 
 @pytest.mark.parametrize("content", [b"", b"no archive", _tgz(other=CONTENT), _tgz(assets=CONTENT)[:-200]])
@@ -202,7 +202,7 @@ def test_a_tar_that_is_none_or_cut_short_or_lacks_the_member_is_one_line(cache, 
     server.files["/a.tgz"] = content
     _model(monkeypatch, sources=(f"{server.address}/a.tgz#package/assets@0-{len(CONTENT)}",))
     with pytest.raises(ModelError, match=r"could not be fetched; .*a.tgz#package/assets"):
-        weights.fetch(["net"], say=lambda _: None)
+        weights.fetch(["net"], log=lambda _: None)
     assert list(cache.iterdir()) == []
 
 
@@ -210,28 +210,28 @@ def test_bytes_beside_those_named_are_another_file(cache, server, monkeypatch):
     server.files["/a.tgz"] = _tgz(assets=b"ab" + CONTENT)
     _model(monkeypatch, sources=(f"{server.address}/a.tgz#package/assets@1-{1 + len(CONTENT)}",))
     with pytest.raises(ModelError, match="was not kept"):
-        weights.fetch(["net"], say=lambda _: None)
+        weights.fetch(["net"], log=lambda _: None)
 
 
 def test_what_is_not_needed_is_done_without_and_says_so(cache, server, monkeypatch):
     server.files["/net.onnx"] = CONTENT
     _model(monkeypatch, sources=(f"{server.address}/absent",))
     said: list[str] = []
-    assert weights.if_to_be_had("net", say=said.append) is None
-    assert weights.if_to_be_had("net", say=said.append, offline=True) is None
+    assert weights.if_to_be_had("net", log=said.append) is None
+    assert weights.if_to_be_had("net", log=said.append, offline=True) is None
     assert [line for line in said if line.startswith("fewer people are found: net.onnx: ")] == said[1:]
     _model(monkeypatch, sources=(f"{server.address}/net.onnx",))
-    located = weights.if_to_be_had("net", say=said.append)
+    located = weights.if_to_be_had("net", log=said.append)
     assert located is not None and located.sha256 == SHA256
     located.path.write_bytes(b"damaged")
     with pytest.raises(ModelError, match="damaged"):
-        weights.if_to_be_had("net", say=said.append)
+        weights.if_to_be_had("net", log=said.append)
 
 
 def test_a_published_prefix_is_enough_and_the_full_hash_is_kept(cache, server, monkeypatch):
     server.files["/net.onnx"] = CONTENT
     _model(monkeypatch, sha256=SHA256[:8], sources=(f"{server.address}/net.onnx",))
-    (located,) = weights.fetch(["net"], say=lambda _: None)
+    (located,) = weights.fetch(["net"], log=lambda _: None)
     assert located.sha256 == SHA256
     assert SHA256 in (cache / "net.onnx.sha256").read_text()
     (cache / "net.onnx").write_bytes(CONTENT[:-1])
@@ -245,7 +245,7 @@ def test_the_licence_must_be_accepted_where_it_forbids_commercial_use(cache, ser
     with pytest.raises(ModelError, match="--accept-licence"):
         weights.fetch(["net"])
     assert server.asked == []
-    assert weights.fetch(["net"], accept_licence=True, say=lambda _: None)
+    assert weights.fetch(["net"], accept_licence=True, log=lambda _: None)
 
 
 def test_offline_forbids_and_says_what_to_do(cache, server, monkeypatch):
@@ -309,7 +309,7 @@ def test_a_wheel_gives_all_its_networks_at_once(cache, tmp_path, monkeypatch):
     digest = hashlib.sha256(CONTENT + b"b").hexdigest()
     _model(monkeypatch, name="b.tflite", sha256=digest, sources=("pip:some==1.0#some/b.tflite",))
     said: list[str] = []
-    located = weights.fetch(["a.tflite", "b.tflite"], say=said.append)
+    located = weights.fetch(["a.tflite", "b.tflite"], log=said.append)
     assert [one.path.name for one in located] == ["a.tflite", "b.tflite"]
     assert len(calls) == len(said) == 1
     assert "--no-deps" in calls[0] and "some==1.0" in calls[0]
@@ -321,7 +321,7 @@ def test_pip_that_is_missing_or_fails_is_one_line(cache, monkeypatch):
     monkeypatch.setattr(packages.subprocess, "run", _no_pip)
     monkeypatch.setattr(packages.shutil, "which", lambda _: None)
     with pytest.raises(ModelError, match="ensurepip"):
-        weights.fetch(["net"], say=lambda _: None)
+        weights.fetch(["net"], log=lambda _: None)
 
 
 def _no_pip(command, **_):

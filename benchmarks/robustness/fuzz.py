@@ -193,7 +193,7 @@ def plan(inputs: int, kinds: list[str]) -> Iterator[tuple[str, int]]:
 
 
 def fuzz(
-    inputs: int, seed: int, kinds: list[str], tell: Callable[[Outcome], None] = lambda _: None
+    inputs: int, seed: int, kinds: list[str], on_outcome: Callable[[Outcome], None] = lambda _: None
 ) -> tuple[list[Outcome], int]:
     """Return what became of so many inputs, and the peak memory in bytes of who ran them."""
     outcomes, peak = list[Outcome](), 0
@@ -204,7 +204,7 @@ def fuzz(
                 outcome, used = worker.run(kind, number)
                 peak = max(peak, used)
                 outcomes.append(outcome)
-                tell(outcome)
+                on_outcome(outcome)
         finally:
             worker.close()
     return outcomes, peak
@@ -221,13 +221,13 @@ def main() -> int:
     started = time.monotonic()
     shown = 0
 
-    def tell(outcome: Outcome) -> None:
+    def on_outcome(outcome: Outcome) -> None:
         nonlocal shown
         if outcome.is_fault and shown < args.show:
             shown += 1
             print(f"{outcome.kind} {outcome.number}: {outcome.what}\n{outcome.detail}", file=sys.stderr, flush=True)
 
-    outcomes, peak = fuzz(args.inputs, args.seed, args.kinds.split(","), tell)
+    outcomes, peak = fuzz(args.inputs, args.seed, args.kinds.split(","), on_outcome)
     print(f"seed {args.seed}: {len(outcomes)} inputs, {time.monotonic() - started:.0f} s, peak {peak / 1e6:.0f} MB")
     print("| kind | inputs | result | one line | faults | slowest, s (CPU) |\n|---|---|---|---|---|---|")
     for kind in dict.fromkeys(o.kind for o in outcomes):

@@ -39,6 +39,8 @@ the log of all you did. Every command that takes --labels takes DIR:
 Nothing leaves this machine, and photos are never changed.
 """
 
+_HOW_IT_ENDS = "Ctrl-C ends it; everything is saved as you go"
+
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the options."""
@@ -128,5 +130,5 @@ def _serve(project: Project, args: argparse.Namespace) -> None:
 
     serve(
         partial(create_annotate_app, project), port=args.port, open_browser=not args.no_browser,
-        tell=lambda address: print(f"annotation page: {address}\nCtrl-C ends it; all is kept as you go", flush=True),
+        on_ready=lambda address: print(f"annotation page: {address}\n{_HOW_IT_ENDS}", flush=True),
     )  # fmt: skip

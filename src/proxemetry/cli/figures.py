@@ -40,7 +40,7 @@ def run(args: argparse.Namespace) -> int:
     results = Results.open(args.results)
     drawn = draw(
         results, args.out, args.photos, kinds=args.kind or KINDS, within_m=args.within, faces=args.faces,
-        tell=lambda path: print(path, flush=True),
+        on_written=lambda path: print(path, flush=True),
     )  # fmt: skip
     if not drawn:
         raise SettingsError(

@@ -81,10 +81,10 @@ def _fetch(args: argparse.Namespace) -> int:
     if args.names:
         names = [model for name in args.names for model in _networks_of(name)]
         located = weights.fetch(
-            names, accept_licence=args.accept_licence, offline=args.offline, say=shown.say, progress=shown.progress
+            names, accept_licence=args.accept_licence, offline=args.offline, log=shown.log, progress=shown.progress
         )
     else:
-        name = choose(offline=args.offline, say=shown.say, progress=shown.progress)
+        name = choose(offline=args.offline, log=shown.log, progress=shown.progress)
         located = [weights.obtain(model) for model in BACKENDS[name].models]
         located += [weights.verify(model) for model in BACKENDS[name].wants if weights.locate(model) is not None]
     shown.finish()
@@ -104,7 +104,7 @@ class _Shown:
     def __init__(self) -> None:
         self._last = ""
 
-    def say(self, line: str) -> None:
+    def log(self, line: str) -> None:
         self.finish()
         sys.stderr.write(line + "\n")
 

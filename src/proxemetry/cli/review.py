@@ -20,6 +20,8 @@ _EXAMPLES = """examples:
   proxemetry review results --agreement ada ben  how well the two agree
 """
 
+_HOW_IT_ENDS = "Ctrl-C ends it; everything is saved as you go"
+
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the options."""
@@ -61,7 +63,7 @@ def run(args: argparse.Namespace) -> int:
     try:
         serve(
             partial(create_app, review), port=args.port, open_browser=not args.no_browser,
-            tell=lambda address: print(f"review page: {address}\nCtrl-C ends it; all is kept as you go", flush=True),
+            on_ready=lambda address: print(f"review page: {address}\n{_HOW_IT_ENDS}", flush=True),
         )  # fmt: skip
     finally:
         if isinstance(store, DropStore):

@@ -189,7 +189,7 @@ def _one(path: Path, out: str, args: argparse.Namespace, job: Job, wanted: Wante
         with Reporter("frame") as reporter:
             found, sums, numbers = run_clip(
                 path, out, job, wanted, fps=args.fps, jobs=args.jobs, restart=args.restart,
-                aggregate_only=args.aggregate_only, tell=reporter,
+                aggregate_only=args.aggregate_only, on_progress=reporter,
             )  # fmt: skip
         folder = Folder(out)
         run_json = json.loads(folder.read("run.json") or b"{}")

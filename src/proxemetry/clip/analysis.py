@@ -124,18 +124,18 @@ class Analysis:
 
 
 def analyse(
-    folder: Folder, measured: Measured, wanted: Wanted, jobs: int, tell: Callable[[Progress | Note], None]
+    folder: Folder, measured: Measured, wanted: Wanted, jobs: int, on_progress: Callable[[Progress | Note], None]
 ) -> Analysis:
     """Return who was where in a clip whose frames all are measured.
 
     In two passes: people are followed, and the stature by all sightings of one goes back into the fit of each.
     """
     cameras = _cameras(folder, measured, wanted)
-    tell(Note("placing everybody on one floor"))
+    on_progress(Note("placing everybody on one floor"))
     placed = everybody_placed(folder, measured, cameras, wanted.settings, jobs)
     followed = follow(measured, placed, {k for k, c in cameras.items() if c.mount is not None}, wanted.settings.locate)
     if any(followed.told):
-        tell(Note("and again, with one stature a person"))
+        on_progress(Note("and again, with one stature a person"))
         again = everybody_placed(folder, measured, cameras, wanted.settings, jobs, followed.told)
         placed, followed = with_statures(measured, followed, placed, again)
     return assembled(measured, wanted, cameras, placed, followed)

@@ -85,7 +85,7 @@ def measure_clip(
     folder: Folder,
     metadata: Mapping[str, str],
     jobs: int,
-    tell: Callable[[Progress | Note], None],
+    on_progress: Callable[[Progress | Note], None],
 ) -> Measured:
     """Measure every frame that the folder does not have, and return what the clip is; raises ClipError."""
     content = folder.read(FRAMES_FILE)
@@ -93,7 +93,7 @@ def measure_clip(
         return Measured.from_json(content)
     there = parts.finished(folder)
     finder, times, sizes, notes = ShotFinder(), list[float](), list[tuple[int, int]](), list[str]()
-    writer = _Writer(folder, metadata, tell, clip.expected, len(there) * PART)
+    writer = _Writer(folder, metadata, on_progress, clip.expected, len(there) * PART)
 
     def due() -> Iterator[Frame]:
         for frame in clip.frames():
@@ -125,10 +125,11 @@ class _Writer:
     """Collects the records of frames and writes a part as soon as it is full."""
 
     def __init__(
-        self, folder: Folder, metadata: Mapping[str, str], tell: Callable[[Progress | Note], None], total: int | None,
+        self, folder: Folder, metadata: Mapping[str, str], on_progress: Callable[[Progress | Note], None],
+        total: int | None,
         before: int,
     ) -> None:  # fmt: skip
-        self._folder, self._metadata, self._tell = folder, metadata, tell
+        self._folder, self._metadata, self._on_progress = folder, metadata, on_progress
         self._total, self._before = total, before
         self._open: dict[int, dict[int, Record]] = {}
         self._done = self._failed = 0
@@ -139,7 +140,7 @@ class _Writer:
         self._done += 1
         self._failed += record.counts.failed
         total = max((self._total or 0) - self._before, self._done)
-        self._tell(Progress(self._done, total, self._failed))
+        self._on_progress(Progress(self._done, total, self._failed))
         if len(part) == PART:
             self._write(number // PART)
 

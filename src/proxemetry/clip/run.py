@@ -57,7 +57,7 @@ def clips_of(paths: Sequence[str]) -> list[Path]:
 
 def run_clip(
     path: Path, out: str, job: Job, wanted: Wanted, *, fps: float, jobs: int | None = None, restart: bool = False,
-    aggregate_only: bool = False, tell: Callable[[Progress | Note], None] = lambda _: None,
+    aggregate_only: bool = False, on_progress: Callable[[Progress | Note], None] = lambda _: None,
 ) -> tuple[Analysis, Sums, dict[str, Any]]:  # fmt: skip
     """Measure a clip into a folder and write everything but the page and the pictures; return what they are made of.
 
@@ -78,8 +78,8 @@ def run_clip(
     _join(folder, identity, clip, fps)
     folder.sweep(parts.FOLDER)
     jobs = default_jobs() if jobs is None else jobs
-    measured = measure_clip(clip, job, folder, identity.metadata(), jobs, tell)
-    found = analyse(folder, measured, wanted, jobs, tell)
+    measured = measure_clip(clip, job, folder, identity.metadata(), jobs, on_progress)
+    found = analyse(folder, measured, wanted, jobs, on_progress)
     sums = write_results(found, folder, aggregate_only=aggregate_only)
     numbers = summary(found, sums, clip.name)
     write_json(folder, SUMMARY, numbers)

@@ -24,7 +24,7 @@ _RECORD = "default-eyes.json"
 #: Best first: measured on photos with known distances (docs/backends.md).
 EYES = ("yolox-tinypose", "nanodet-movenet", "blazepose")
 
-Say = Callable[[str], None]
+Log = Callable[[str], None]
 
 
 def recorded() -> str | None:
@@ -49,43 +49,43 @@ def _read(path: Path) -> str:
     return name
 
 
-def chosen(*, offline: bool = False, say: Say | None = None) -> str:
+def chosen(*, offline: bool = False, log: Log | None = None) -> str:
     """Return the back end that `auto` is; where none was chosen before, choose, fetch and write it down."""
-    return recorded() or choose(offline=offline, say=say)
+    return recorded() or choose(offline=offline, log=log)
 
 
-def choose(*, offline: bool = False, say: Say | None = None, progress: weights.Progress | None = None) -> str:
+def choose(*, offline: bool = False, log: Log | None = None, progress: weights.Progress | None = None) -> str:
     """Choose the best back end whose networks are here or can be fetched, write it down, and return its name.
 
-    say: takes a line for each download, for each back end that cannot be had, and for the choice; without it they go to
+    log: takes a line for each download, for each back end that cannot be had, and for the choice; without it they go to
     the `proxemetry` logger as warnings. Raises ModelError where none can be had, or where something else than a file
     lies in the place of a network; CacheError where networks cannot be kept and none are here.
     """
-    say = say or _LOG.warning
+    log = log or _LOG.warning
     why_not: list[str] = []
     unkept: CacheError | None = None
     for name in EYES:
         here = is_available(name)  # not below: that a folder lies in a network's place is no reason to take others
         try:
             if not here:
-                _have(name, offline=offline or weights.is_offline(), say=say, progress=progress)
+                _have(name, offline=offline or weights.is_offline(), log=log, progress=progress)
         except ModelError as error:
             unkept = error if isinstance(error, CacheError) else unkept
             why_not.append(f"{name} is not available ({error})")
             continue
         for line in why_not:
-            say(line)
+            log(line)
         rank = "the best of all" if name == EYES[0] else f"the next best after {' and '.join(EYES[: EYES.index(name)])}"
-        say(f"people will be found by {name}, {rank}; another: `--pose NAME`")
+        log(f"people will be found by {name}, {rank}; another: `--pose NAME`")
         _write_down(name)
         return name
     raise unkept or ModelError("; ".join(why_not))  # one cause that all have is told once
 
 
-def _have(name: str, *, offline: bool, say: Say, progress: weights.Progress | None) -> None:
-    weights.fetch(BACKENDS[name].models, offline=offline, say=say, progress=progress)
+def _have(name: str, *, offline: bool, log: Log, progress: weights.Progress | None) -> None:
+    weights.fetch(BACKENDS[name].models, offline=offline, log=log, progress=progress)
     for wanted in BACKENDS[name].wants:
-        weights.if_to_be_had(wanted, offline=offline, say=say)
+        weights.if_to_be_had(wanted, offline=offline, log=log)
 
 
 def _write_down(name: str) -> None:

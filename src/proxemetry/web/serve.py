@@ -66,8 +66,12 @@ class PatientProtocol(H11Protocol):
 Application = Callable[[str, tuple[str, ...]], ASGIApp]
 
 
-def serve(application: Application, *, port: int = 0, open_browser: bool = True, tell: Callable[[str], None]) -> None:
-    """Serve a page until it is interrupted. port: 0 takes any free one. tell: is called with the address and its token.
+def serve(
+    application: Application, *, port: int = 0, open_browser: bool = True, on_ready: Callable[[str], None]
+) -> None:  # fmt: skip
+    """Serve a page until it is interrupted.
+
+    port: 0 takes any free one. on_ready: is called with the address and its token.
 
     Raises SettingsError where the port is taken.
     """
@@ -77,7 +81,7 @@ def serve(application: Application, *, port: int = 0, open_browser: bool = True,
         token = secrets.token_urlsafe(24)
         app = application(token, (f"{ADDRESS}:{chosen}", f"localhost:{chosen}"))
         address = f"http://{ADDRESS}:{chosen}/?token={token}"
-        tell(address)
+        on_ready(address)
         threading.Thread(target=_warm_up, daemon=True).start()
         if open_browser:
             webbrowser.open(address)

@@ -70,17 +70,17 @@ def require(names: Iterable[str], *, may_fetch: bool = False, offline: bool = Fa
     return {model_named(name).name: obtain(name) for name in names}
 
 
-def if_to_be_had(name: str, *, offline: bool = False, say: Callable[[str], None] | None = None) -> LocatedModel | None:
+def if_to_be_had(name: str, *, offline: bool = False, log: Callable[[str], None] | None = None) -> LocatedModel | None:
     """Return a network that is of use but not needed, fetched where that may be; None where it cannot be had.
 
-    Why not is one line for `say`, or a warning of the `proxemetry` logger. Raises ModelError where the file is there
+    Why not is one line for `log`, or a warning of the `proxemetry` logger. Raises ModelError where the file is there
     and damaged.
     """
     if locate(name) is None:
         try:
-            fetch([name], offline=offline, say=say)
+            fetch([name], offline=offline, log=log)
         except ModelError as error:
-            (say or _LOG.warning)(f"fewer people are found: {error}")
+            (log or _LOG.warning)(f"fewer people are found: {error}")
             return None
     return verify(name)
 
@@ -90,12 +90,12 @@ def fetch(
     *,
     accept_licence: bool = False,
     offline: bool = False,
-    say: Callable[[str], None] | None = None,
+    log: Callable[[str], None] | None = None,
     progress: Progress | None = None,
 ) -> list[LocatedModel]:
     """Fetch the named networks' files into the cache where they are not there yet, and check them.
 
-    accept_licence: needed for files whose licence forbids commercial use. say: is called with one line for each
+    accept_licence: needed for files whose licence forbids commercial use. log: is called with one line for each
     download; without it the line goes to the `proxemetry` logger as a warning. progress: called while a download runs.
     Raises ModelError where a file cannot be had: offline, licence not accepted, no source, every source failed.
     """
@@ -116,7 +116,7 @@ def fetch(
             "run `proxemetry models fetch` once with a network"
         )
     if absent:
-        fetch_absent(absent, say, progress)
+        fetch_absent(absent, log, progress)
     return [obtain(model.name) for model in models]
 
 

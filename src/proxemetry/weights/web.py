@@ -9,19 +9,19 @@ from urllib.parse import urlsplit
 
 from ..errors import ModelError
 from .archives import TAR_ENDINGS, take_out
-from .cache import Progress, Say, open_for_placing, writable_folder
+from .cache import Log, Progress, open_for_placing, writable_folder
 from .table import Model
 
 # To connect, and for the next bytes: a firewall that swallows everything must not hold up the next source for long.
 _TIMEOUTS_S = (8, 30)
 
 
-def from_web(source: str, model: Model, say: Say, progress: Progress | None) -> None:
+def from_web(source: str, model: Model, log: Log, progress: Progress | None) -> None:
     """Download one file, resuming a part that an earlier attempt left, and place it once its hash is right."""
     address, _, member = source.partition("#")
     part = writable_folder() / f"{model.name}.part"
     size = f"{model.size_bytes / 1e6:.1f} MB, " if model.size_bytes else ""
-    say(f"fetching {model.name} ({size}{model.licence}) from {address}")
+    log(f"fetching {model.name} ({size}{model.licence}) from {address}")
     resumed = part.is_file()
     try:
         _download_persistently(address, part, progress)

@@ -19,11 +19,11 @@ FOLDER = "figures"
 
 def draw(
     results: Results, out: str | Path | None = None, photos: Sequence[str] = (), *, kinds: Sequence[str] = KINDS,
-    within_m: float = 2.0, faces: str = "blur", tell: Callable[[Path], None] = lambda _: None,
+    within_m: float = 2.0, faces: str = "blur", on_written: Callable[[Path], None] = lambda _: None,
 ) -> int:  # fmt: skip
     """Draw figures of these kinds for photos of these names or patterns, all without any; return how many.
 
-    They are written to `out`, the folder `figures` of the results where None; `tell` hears of each. Raises
+    They are written to `out`, the folder `figures` of the results where None; `on_written` is called with each. Raises
     SettingsError for a limit that is none and results behind a URL, OutputError where one cannot be written.
     """
     from ... import plots
@@ -46,7 +46,7 @@ def draw(
             except PhotoError:  # it went bad since it was measured: its row stays
                 figure = makers[kind](scene, None, within_m=within_m, faces=faces)
             plots.save(figure, path)
-            tell(path)
+            on_written(path)
             count += 1
     return count
 
