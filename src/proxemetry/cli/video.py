@@ -6,7 +6,6 @@ import argparse
 import csv
 import io
 import json
-import signal
 import sys
 from pathlib import Path
 from typing import Any
@@ -21,7 +20,7 @@ from ..errors import ProxemetryError, SettingsError
 from ..locate import LocateSettings
 from ..measure import Settings
 from ..people.attributes import PairsWhere
-from . import DONE, NOTHING_DONE, SOME_FAILED
+from . import DONE, NOTHING_DONE, SOME_FAILED, end_as_by_ctrl_c
 from .attribute_options import add_pairs_where
 from .camera_options import add_camera_options, add_mount_option, focal_request, number, stated_mount
 from .progress import Reporter
@@ -103,7 +102,7 @@ def run(args: argparse.Namespace) -> int:
     """Measure the clips, print what came out, and return the exit code."""
     job, wanted = _job(args)
     paths = clips_of(args.clips)
-    signal.signal(signal.SIGTERM, signal.default_int_handler)  # a batch system's way of saying Ctrl-C
+    end_as_by_ctrl_c()
     if len(paths) == 1:
         numbers = _one(paths[0], args.out, args, job, wanted)
         _print(numbers, args)
