@@ -259,3 +259,8 @@ def test_the_spread_of_a_place_is_the_closed_form_where_its_terms_cancel_too(s):
         x = Decimal(s)
         exact = float(2 * x - 3 + 4 * (-x).exp() - (-2 * x).exp())
     assert _place_term(s) == pytest.approx(exact, rel=1e-6)
+
+
+def test_people_of_a_single_frame_are_as_many_tracks():
+    shot = shot_of(walkers(1))
+    assert len(joined(track(shot), shot, np.zeros(1))) == 3

@@ -48,6 +48,8 @@ def joined(
                 evidence[i, j] = _evidence(
                     before.states[-1], before.covariance[-1], after.states[0], after.covariance[0], gap
                 )
+    if not (evidence < _NEVER).any():
+        return chains
     appeared = sum(not enters[k] and path.frames[0] > 0 for k, path in enumerate(paths))
     after_of = _pairs(evidence, appeared, _area_m2(paths) * float(times_s[-1] - times_s[0]))
     begun = set(range(len(chains))) - set(after_of.values())
