@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from proxemetry.clip.critical import critical_density, rate
+from proxemetry.clip.critical import _block_interval, _line, _prediction_low, critical_density, rate
 from proxemetry.clip.events import events_of
 from proxemetry.clip.exposure import TotalExposure, pairs_over_time, weights_s
 from proxemetry.clip.nearness import nearness
@@ -202,3 +202,16 @@ def test_pairs_of_one_group_are_left_out_as_often_as_they_are_one(same):
     assert share[0] == pytest.approx(1 - same)
     assert share[1:] == pytest.approx([1 - same] * 2, abs=1e-9 if same in (0.0, 1.0) else 0.12)
     assert share[1] <= share[0] <= share[2]
+
+
+def test_the_prediction_bound_is_the_textbooks():
+    """Of y = 1, 2, 2, 3 on x = 0, 1, 2, 3: y = 1.1 + 0.6 x, residuals squared 0.2 on 2 degrees of freedom."""
+    x, y = np.arange(4.0), np.array([1.0, 2, 2, 3])
+    assert _line(x, y) == pytest.approx((1.1, 0.6))
+    # leverage at 0: 1 + 1/4 + 1.5^2 / 5
+    assert _prediction_low(y, x, 1.1, 0.6) == pytest.approx(1.1 - 1.959964 * np.sqrt(0.1 * 1.7))
+
+
+def test_blocks_that_are_all_alike_leave_no_doubt_of_the_line():
+    x, y = np.tile([0.0, 1, 2, 3], 8), np.tile([1.0, 2, 2, 3], 8)
+    assert _block_interval(y, x, np.repeat(np.arange(8), 4), 8, 0) == pytest.approx((1.1, 1.1))

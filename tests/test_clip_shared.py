@@ -7,12 +7,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from proxemetry.camera import FloorFrame
+from proxemetry.camera import Camera, FloorFrame, Mount
+from proxemetry.camera.floor_view import level_axes, to_floor, to_pixels
+from proxemetry.clip.boxes import standing
 from proxemetry.clip.exposure import pairs_over_time, weights_s
 from proxemetry.clip.floor import FLOOR_REACH_M, SharedError, held, sightings_of, uneven_m
 from proxemetry.clip.sightings import Chain, Sightings
 from proxemetry.clip.smoothing import LASTING_SHARE, smooth
 from proxemetry.clip.tracking import SWAY_SD_M
+from proxemetry.distances import ground_frame
 from proxemetry.locate import LocateSettings, method_named
 from proxemetry.locate.scenefit.fit import FLOOR_SD_M, FLOOR_SLOPE_SD
 from proxemetry.people import People
@@ -117,3 +120,49 @@ def test_what_the_floor_does_is_the_place_s_and_not_the_person_s():
     assert path.place_covariance_m2[0] == pytest.approx(
         (1 + LASTING_SHARE**2) * (seen.covariance_m2[1] + SWAY_SD_M**2 * np.eye(2))
     )
+
+
+@pytest.mark.parametrize("mirrored", [False, True])
+@pytest.mark.parametrize(
+    "together", [(1, 0, 0, 0), (0, 1, 0, 0), (0, 0, 1, 0), (0, 0, 0, 1), (1, -1, 2, 2), (1, 2, -1, 1)]
+)
+def test_a_place_moves_with_the_camera_as_the_pixel_it_is_seen_in_does(together, mirrored):
+    """A camera off in several things at once puts what it sees in a pixel elsewhere: `to_floor` says where."""
+    frame, lens = FloorFrame(2.0, -1.0, 0.7, mirrored), Camera.centred(900.0, 1280, 960)
+    off = 0.01 * np.array(together)
+
+    def at(part):
+        pitch, roll, height, focal = part * off
+        camera = lens.with_focal(900.0 * np.exp(focal))
+        return Mount.stated(0.4 + pitch, 0.05 + roll, 5.0 * np.exp(height), camera=camera, floor_frame=frame)
+
+    mount, own = at(0.0), np.array([[0.5, 8.0], [-3.0, 12.0], [2.0, 6.0]])
+    seen, step = to_pixels(mount, own), 1e-4
+    expected = frame.to_user(to_floor(at(step), seen)) - frame.to_user(to_floor(at(-step), seen))
+    sure = replace(mount, covariance=tuple(map(tuple, np.outer(off, off).tolist())))
+    shift = SharedError(sure, lens)(frame.to_user(own))[:, :, 0]
+    sign = np.sign((shift * expected).sum())  # a standard deviation has none
+    assert shift * sign == pytest.approx(expected / (2 * step), rel=1e-3, abs=1e-6)
+
+
+@pytest.mark.parametrize("roll", [0.0, 0.05, -0.3])
+@pytest.mark.parametrize("mirrored", [False, True])
+def test_people_stand_where_the_users_points_of_the_same_pixels_lie(roll, mirrored):
+    """Of a camera both pitched and rolled its own x along the floor is not the floor frame's right."""
+    frame, lens = FloorFrame(2.0, -1.0, 0.7, mirrored), Camera.centred(900.0, 1280, 960)
+    mount = Mount.stated(0.4, roll, 5.0, camera=lens, floor_frame=frame)
+    own, angle = np.array([[0.5, 8.0], [-3.0, 12.0], [2.0, 6.0]]), np.array([0.3, -2.0, 1.1])
+    feet = to_pixels(mount, own)
+    boxes = np.column_stack([feet - (20, 100), feet + (20, 0)])
+    people = People(COCO_17, np.full((3, 17, 2), np.nan), np.zeros((3, 17)), boxes, np.ones(3))
+    bodies = standing(people, mount)
+    # who faces along an angle of the user's floor, as a direction in the camera frame and as the fit states headings
+    along = frame.from_user(frame.to_user(own) + np.stack([np.cos(angle), np.sin(angle)], axis=-1)) - own
+    vectors = along @ level_axes(0.4, roll)[:, [0, 2]].T
+    right, forward, _ = ground_frame(bodies.up)
+    bodies = replace(
+        bodies, heading_rad=np.arctan2(vectors @ right, -vectors @ forward), heading_sd_rad=np.full(3, 0.1)
+    )
+    found = sightings_of(0.0, people, bodies, mount)
+    assert found.positions_m == pytest.approx(frame.to_user(own), abs=1e-6)
+    assert np.cos(found.heading_rad - angle) == pytest.approx(1.0)

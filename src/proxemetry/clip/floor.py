@@ -14,6 +14,7 @@ import numpy as np
 from ..arrays import FloatArray
 from ..bodies import Bodies
 from ..camera import Camera, FloorFrame, Mount
+from ..camera.floor_view import level_axes
 from ..distances import ground_frame
 from ..locate.scenefit.fit import FLOOR_SD_M, FLOOR_SLOPE_SD
 from ..people import People
@@ -38,7 +39,8 @@ def sightings_of(t_s: float, people: People, bodies: Bodies, mount: Mount | None
     place's, the same in every frame and for all who stand there, and comes back with the camera's (`SharedError`).
     """
     rows = np.flatnonzero(bodies.placed)
-    axes = ground_frame(bodies.up)[:2]
+    ground = ground_frame(bodies.up)
+    axes = _floor_axes(ground, mount)
     frame = None if mount is None else mount.floor_frame
     turn = _turn(frame)
     floor = bodies.positions_m[rows] @ axes.T
@@ -49,7 +51,7 @@ def sightings_of(t_s: float, people: People, bodies: Bodies, mount: Mount | None
     if mount is not None and bodies.method == "scene":
         uneven = _within(spread, uneven_m(floor, mount.height_m, FLOOR_SLOPE_SD))
     heading = bodies.heading_rad[rows]
-    facing = np.stack([np.sin(heading), -np.cos(heading)], axis=-1) @ turn.T
+    facing = np.stack([np.sin(heading), -np.cos(heading)], axis=-1) @ ground[:2] @ axes.T @ turn.T
     return Sightings(
         t_s,
         floor if frame is None else frame.to_user(floor),
@@ -64,6 +66,20 @@ def sightings_of(t_s: float, people: People, bodies: Bodies, mount: Mount | None
         np.zeros((len(rows), 2, 2)),
         turn @ uneven @ turn.T,
     )
+
+
+def _floor_axes(ground: FloatArray, mount: Mount | None) -> FloatArray:
+    """Return right and ahead along the floor as vectors of the camera frame, shape (2, 3).
+
+    ground: those of `ground_frame`, and up. They follow the camera's own x, which a rolled camera that is pitched
+    carries about; the floor coordinates of a mount are counted from its level frame (`camera.floor_view`).
+    """
+    if mount is None or not np.isfinite([mount.pitch_rad, mount.roll_rad]).all():
+        return ground[:2]
+    up, right = ground[2], level_axes(mount.pitch_rad, mount.roll_rad)[:, 0]
+    right = right - (right @ up) * up
+    right = right / np.linalg.norm(right)
+    return np.array([right, np.cross(up, right)])
 
 
 def uneven_m(own_m: FloatArray, height_m: float, slope_sd: float = 0.0) -> FloatArray:
@@ -145,11 +161,11 @@ class SharedError:
     def _seen_again(self, own: FloatArray, off: FloatArray) -> FloatArray:
         """Return where places would be put that are seen where they are, by a camera that is off by so much."""
         pitch, roll, height = self.mount.pitch_rad, self.mount.roll_rad, self.mount.height_m
-        axes = ground_frame(_up(pitch, roll))
-        seen = np.column_stack([own, np.full(len(own), -height)]) @ axes
+        level = np.column_stack([own[:, 0], np.full(len(own), height), own[:, 1]])  # right, down, ahead
+        seen = level @ level_axes(pitch, roll).T
         seen = seen * (1.0, 1.0, np.exp(off[3]))  # a longer lens puts the same pixel nearer to the axis
-        moved = seen @ ground_frame(_up(pitch + off[0], roll + off[1])).T
-        return moved[:, :2] * (-height * np.exp(off[2]) / moved[:, 2])[:, None]
+        moved = seen @ level_axes(pitch + off[0], roll + off[1])
+        return moved[:, [0, 2]] * (height * np.exp(off[2]) / moved[:, 1])[:, None]
 
 
 def _waves(own_m: FloatArray) -> FloatArray:
@@ -163,13 +179,6 @@ def _waves(own_m: FloatArray) -> FloatArray:
     turn = k * math.pi * (3 - math.sqrt(5))
     phase = own_m @ np.stack([size * np.cos(turn), size * np.sin(turn)])
     return np.concatenate([np.cos(phase), np.sin(phase)], axis=1) / math.sqrt(_WAVES)
-
-
-def _up(pitch_rad: float, roll_rad: float) -> FloatArray:
-    """Up in the camera frame, as `bodies.Floor` has it."""
-    return np.array([
-        np.sin(roll_rad) * np.cos(pitch_rad), -np.cos(roll_rad) * np.cos(pitch_rad), -np.sin(pitch_rad)
-    ])  # fmt: skip
 
 
 def without_frame(mount: Mount) -> Mount:
