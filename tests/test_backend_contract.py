@@ -15,8 +15,10 @@ import pytest
 from proxemetry import weights
 from proxemetry.errors import ModelError
 from proxemetry.people import People, PoseBackend
+from proxemetry.people.doubts import doubts_of
 from proxemetry.photo import Photo
 from proxemetry.pose import BACKENDS, PoseOptions, backend_named, is_available
+from proxemetry.pose.rivals import LEAST_RATIO
 from synthetic.dotted_world import HEADS, ONE_STAGE, PEOPLE, PHOTO_SIZE, specification
 from synthetic.network_files import dots
 
@@ -101,6 +103,14 @@ def test_it_says_what_it_is(backend: PoseBackend) -> None:
     for name, sha256 in backend.models.items():
         assert backend.name == GENERATED_NAME or weights.model_named(name).name == name
         assert len(sha256) == 64
+
+
+def test_what_else_a_detector_sees_goes_with_each_person(backend: PoseBackend, street: np.ndarray) -> None:
+    people = backend.detect(Photo.from_array(street))
+    assert len(people.rivals) == len(people) > 0
+    for rival in people.rivals:
+        assert rival is None or (rival.name not in ("", "person") and rival.ratio >= LEAST_RATIO)
+    assert len(doubts_of(people)) == len(people)
 
 
 def test_people_are_in_pixels_of_the_photo_with_scores(backend: PoseBackend, street: np.ndarray) -> None:

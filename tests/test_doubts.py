@@ -298,6 +298,7 @@ def test_columns_that_are_missing_are_empty_behind_the_others() -> None:
 def test_a_scene_keeps_doubtful_people_and_their_distances(out: Path) -> None:
     scene = next(Results.open(out).scenes())
     assert isinstance(scene, Scene) and scene.bodies.placed.all()
+    assert scene.people.rivals == (None,) * 3  # a recording states no classes: none speaks against its people
     assert np.isfinite(scene.distances_m[0, 2]) and scene.doubts == ((), (), (PersonDoubt.NO_UPPER_BODY,))
 
 
