@@ -11,9 +11,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from proxemetry.archive.figures.restriction import counted
+from proxemetry.archive.figures.restriction import _by_reason, _meant, counted
 from proxemetry.archive.figures.summary import summarise
 from proxemetry.archive.figures.totals import totals
+from proxemetry.archive.review.edits import _joined
 from proxemetry.archive.store import index, parts
 from proxemetry.archive.store.duck import connection, quoted
 from proxemetry.archive.store.folder import Folder
@@ -28,11 +29,15 @@ from proxemetry.people.doubts import LEAST_RIVALS, MOST_UPPER, PersonDoubt, doub
 from proxemetry.people.duplicates import POSSIBLY_SAME, moved_aside, possible_duplicates, similarity
 from proxemetry.people.rival import Rival
 from proxemetry.people.skeleton import COCO_17
+from proxemetry.photo import Photo
+from proxemetry.pose import backend_named
 from proxemetry.pose.detections import NOBODY, Detections, decode_yolox, joined
 from proxemetry.pose.rivals import COCO_CLASSES, COMPANIONS, LEAST_RATIO, rivals_of
 from proxemetry.scene import Scene
 from proxemetry.scene_json import people_from_dict, people_to_dict
 from proxemetry.tables import DOUBT, TABLES, Column
+from synthetic.dotted_world import PEOPLE, PHOTO_SIZE, specification
+from synthetic.network_files import dots
 
 LEGS = slice(11, 17)
 BIRD, CHAIR, KITE = (COCO_CLASSES.index(name) for name in ("bird", "chair", "kite"))
@@ -182,6 +187,28 @@ def test_detections_take_their_rivals_along() -> None:
     assert found[np.array([1, 0])].rivals == (None, bird)
     assert joined([NOBODY, found[np.array([False, True])], found]).rivals == (None, bird, None)
     assert found.placed(found.boxes_px * 2).rivals == found.rivals
+
+
+def test_a_back_end_hands_them_on(tmp_path: Path) -> None:
+    pytest.importorskip("onnxruntime")
+    people = backend_named(f"onnx:{specification(tmp_path, 'simcc')}").detect(
+        Photo.from_array(dots(PHOTO_SIZE, PEOPLE))
+    )
+    assert len(people) > 0 and all(_named(rival) == ("bird", pytest.approx(0.2)) for rival in people.rivals)
+
+
+def test_a_person_added_by_hand_has_no_rival_and_takes_none() -> None:
+    bird = Rival("bird", 0.4)
+    assert _joined(_people(2, rivals=[bird, None]), _people()).rivals == (bird, None, None)
+
+
+def test_of_several_doubts_any_is_meant() -> None:
+    both = "possible_duplicate+no_upper_body"
+    assert _meant(both, frozenset({"no_upper_body"}), False) and not _meant(both, frozenset({"none"}), False)
+    assert not _meant(both, frozenset({"no_upper_body"}), True)  # a recording's own attribute is one text
+    assert _by_reason({both: 2, "no_upper_body": 3, "none": 4}) == {
+        "possible_duplicate": 2, "no_upper_body": 5, "none": 4,
+    }  # fmt: skip
 
 
 # Results folders

@@ -69,8 +69,6 @@ def _pairs(evidence: FloatArray, appeared: int, area_time_m2_s: float) -> dict[i
     alley that is hardly ever; before a door it is as often as somebody is hidden for a moment.
     """
     found: dict[int, int] = {}
-    if not area_time_m2_s > 0:  # a single frame: nobody follows anybody
-        return found
     for _ in range(_ROUNDS):
         new_m2_s = max(appeared - len(found), 1) / area_time_m2_s
         cost = np.where(evidence < _NEVER, evidence + 2 * np.log(new_m2_s * _HIDDEN_S), _NEVER)
