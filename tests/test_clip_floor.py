@@ -1,6 +1,7 @@
 """Groups, densities and maps: against closed forms and laws."""
 
 import itertools
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -16,7 +17,7 @@ from proxemetry.clip.density import (
     voronoi_cells,
     voronoi_density,
 )  # fmt: skip
-from proxemetry.clip.groups import adjusted, group_probabilities, groups_of
+from proxemetry.clip.groups import adjusted, features, group_probabilities, groups_of, together
 from proxemetry.clip.sightings import Chain, Sightings
 from proxemetry.clip.smoothing import smooth
 
@@ -141,3 +142,17 @@ def test_thousands_of_tracks_are_grouped_as_few_are():
     many = {(a + 10 * k, b + 10 * k): p for (a, b), p in few.items() for k in range(400)}
     found = groups_of([n + 10 * k for k in range(400) for n in range(1, 7)], many)
     assert found == [[n + 10 * k for n in g] for k in range(400) for g in ([1, 2], [3], [4, 5], [6])]
+
+
+@pytest.mark.parametrize(("apart", "in_file"), [((1.2, 0.0), 1.2), ((0.0, 1.2), 0.0), ((0.9, 1.2), 0.9)])
+def test_what_two_walkers_are_described_by_is_as_by_hand(apart, in_file):
+    """Both walk along x at 1.3 m/s for six seconds, so far apart along it and across it."""
+    (one, other) = paths_of(street((0, 0, 1.3), (*apart, 1.3), frames=31))
+    pair = together(one, other)
+    steady = np.tile([1.3, 0.0], (31, 1))
+    x = 1.3 * pair.t_s
+    exact = replace(
+        pair, a_m=np.stack([x, 0 * x], axis=1), b_m=np.stack([x, 0 * x], axis=1) + apart, a_m_s=steady, b_m_s=steady
+    )
+    expected = [np.log(np.hypot(*apart)), np.log(0.05), np.log(0.2 + in_file), np.log(6.0), 1.3]
+    assert features(exact) == pytest.approx(expected, abs=1e-6)
