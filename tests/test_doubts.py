@@ -171,6 +171,17 @@ def test_classes_of_other_sets_have_numbers_and_one_class_has_no_rivals() -> Non
     assert rivals_of(box[:0], np.zeros(0), np.array([[0.5, 0.2]]), 0, lambda rows: box) == ()
 
 
+def test_boxes_too_unsure_to_be_people_are_asked_nothing_and_change_no_other_answer() -> None:
+    random = np.random.default_rng(5)
+    boxes = np.repeat([[0.0, 0, 100, 200], [300, 0, 400, 200]], 10, axis=0) + random.uniform(0, 8, (20, 4))
+    classes = random.uniform(0, 0.1, (20, 80))
+    scores = random.uniform(0.1, 0.9, 20)
+    every = rivals_of(boxes, scores, classes, 0, lambda rows: boxes[rows])
+    some = rivals_of(boxes, scores, classes, 0, lambda rows: boxes[rows], 0.4)
+    assert None not in every and 0 < some.count(None) < 20
+    assert some == tuple(rival if score >= 0.4 else None for rival, score in zip(every, scores, strict=True))
+
+
 def test_a_yolox_head_says_what_else_it_sees() -> None:
     """Cell (3, 2) of stride 16 in a 64 x 64 input, as in `test_pose_geometry`: a person 0.72, a bird 0.9 * 0.4."""
     raw = np.zeros((1, 64 + 16 + 4, 85), np.float32)

@@ -91,11 +91,13 @@ def _grid(size: tuple[int, int], strides: tuple[int, ...]) -> tuple[FloatArray, 
 
 
 def decode_yolox(
-    outputs: list[NDArray[np.float32]], size: tuple[int, int], person: int = 0, least: float = 0.0
-) -> Detections:
+    outputs: list[NDArray[np.float32]], size: tuple[int, int], person: int = 0, least: float = 0.0,
+    rivals_from: float = 0.0,
+) -> Detections:  # fmt: skip
     """Decode YOLOX's raw heads, one array of shape (1, N, 5 + classes): cell offsets, log sizes, objectness, classes.
 
-    size: (width, height) of the input. Only boxes scoring at least `least` come back. Ge et al. 2021 (YOLOX).
+    size: (width, height) of the input. Only boxes scoring at least `least` come back, and of those of `rivals_from` or
+    more what else they may be. Ge et al. 2021 (YOLOX).
     """
     raw = outputs[0][0]
     cells, strides = _grid(size, (8, 16, 32))
@@ -113,13 +115,16 @@ def decode_yolox(
         return np.concatenate([centres - halves, centres + halves], axis=1)
 
     boxes = boxes_of(rows)
-    rivals = rivals_of(boxes, scores[rows], raw[:, 4:5] * raw[:, 5:], person, boxes_of) if len(rows) else ()
+    rivals = (
+        rivals_of(boxes, scores[rows], raw[:, 4:5] * raw[:, 5:], person, boxes_of, rivals_from) if len(rows) else ()
+    )
     return Detections(boxes, scores[rows], rivals=rivals)
 
 
 def decode_boxes(
-    outputs: list[NDArray[np.float32]], size: tuple[int, int], person: int = 0, least: float = 0.0
-) -> Detections:
+    outputs: list[NDArray[np.float32]], size: tuple[int, int], person: int = 0, least: float = 0.0,
+    rivals_from: float = 0.0,
+) -> Detections:  # fmt: skip
     """Decode a detector that ends in its own suppression, as MMDeploy exports RTMDet and YOLOX.
 
     outputs: boxes with scores of shape (1, N, 5), and where there is a second array the classes of shape (1, N).
@@ -134,8 +139,9 @@ def decode_boxes(
 
 
 def decode_ultralytics(
-    outputs: list[NDArray[np.float32]], size: tuple[int, int], person: int = 0, least: float = 0.0
-) -> Detections:
+    outputs: list[NDArray[np.float32]], size: tuple[int, int], person: int = 0, least: float = 0.0,
+    rivals_from: float = 0.0,
+) -> Detections:  # fmt: skip
     """Decode an anchor-free head of shape (1, 4 + classes, N): centre x, y, width, height, class scores."""
     raw = outputs[0][0].T
     if raw.ndim != 2 or raw.shape[1] <= 4 + person:
@@ -148,12 +154,15 @@ def decode_ultralytics(
         return np.concatenate([sides[:, :2] - sides[:, 2:] / 2, sides[:, :2] + sides[:, 2:] / 2], axis=1)
 
     boxes = boxes_of(rows)
-    return Detections(boxes, scores[rows], rivals=rivals_of(boxes, scores[rows], raw[:, 4:], person, boxes_of))
+    return Detections(
+        boxes, scores[rows], rivals=rivals_of(boxes, scores[rows], raw[:, 4:], person, boxes_of, rivals_from)
+    )
 
 
 def decode_nanodet(
-    outputs: list[NDArray[np.float32]], size: tuple[int, int], person: int = 0, least: float = 0.0
-) -> Detections:
+    outputs: list[NDArray[np.float32]], size: tuple[int, int], person: int = 0, least: float = 0.0,
+    rivals_from: float = 0.0,
+) -> Detections:  # fmt: skip
     """Decode NanoDet: for strides 8, 16 and 32 class scores (1, N, classes), then distances (1, N, 4 bins).
 
     How far each side of a box lies from its cell's middle is the mean of a distribution over whole strides (Li et al.
@@ -176,7 +185,7 @@ def decode_nanodet(
         return np.concatenate([middles - distances[:, :2], middles + distances[:, 2:]], axis=1)
 
     boxes, scores = boxes_of(rows), classes[rows, person].astype(float)
-    return Detections(boxes, scores, rivals=rivals_of(boxes, scores, classes, person, boxes_of))
+    return Detections(boxes, scores, rivals=rivals_of(boxes, scores, classes, person, boxes_of, rivals_from))
 
 
 def suppressed(found: Detections, most_overlap: float) -> Detections:

@@ -43,14 +43,19 @@ _COMPANIONS = [row for row, name in enumerate(COCO_CLASSES) if name in COMPANION
 
 def rivals_of(
     boxes_px: FloatArray, scores: FloatArray, class_scores: NDArray[np.floating], person: int,
-    boxes_of: Callable[[NDArray[np.intp]], FloatArray],
+    boxes_of: Callable[[NDArray[np.intp]], FloatArray], least: float = 0.0,
 ) -> tuple[Rival | None, ...]:  # fmt: skip
     """Return of each of R boxes of people (R, 4) the other class that scores highest in its place, None without any.
 
     Of COCO's classes `COMPANIONS` do not count.
     scores: shape (R,), of the people. class_scores: shape (N, C), what every cell of the network gives every class;
-    boxes_of returns the boxes (M, 4) of M cells by their rows, in the coordinates of boxes_px.
+    boxes_of returns the boxes (M, 4) of M cells by their rows, in the coordinates of boxes_px. least: boxes of lower
+    scores get None.
     """
+    asked = scores >= least
+    if not asked.all():
+        found = iter(rivals_of(boxes_px[asked], scores[asked], class_scores, person, boxes_of))
+        return tuple(next(found) if one else None for one in asked.tolist())
     if not len(boxes_px) or class_scores.shape[1] < 2:
         return (None,) * len(boxes_px)
     others = class_scores.copy()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import functools
+from functools import lru_cache, partial
 from typing import Any
 
 import numpy as np
@@ -24,7 +24,9 @@ class PhotoNetwork:
         self.specification, self.network = specification, network
         self.size = input_size(specification, network)
         # not a method of its kind but the one decoder that the specification names, of either table
-        self._decode: Any = {**DECODERS, **ONE_STAGE}[specification.decode]
+        decoder = DECODERS.get(specification.decode)
+        of_boxes = partial(decoder, rivals_from=specification.score) if decoder else None
+        self._decode: Any = of_boxes or ONE_STAGE[specification.decode]
         stated = {"fast": specification.fast_tiles, "thorough": specification.thorough_tiles}.get(effort)
         self._fractions = stated or specification.tiles
         whole_first = self._fractions[0] >= 1
@@ -88,7 +90,7 @@ def normalised(canvases: RGBArray, part: Input, network: Network) -> Floats:
     return values if network.channels_last else np.ascontiguousarray(values.transpose(0, 3, 1, 2))
 
 
-@functools.lru_cache(maxsize=16)
+@lru_cache(maxsize=16)
 def _values(mean: tuple[float, ...], std: tuple[float, ...]) -> Floats:
     """Return what each of 256 levels is to a network, shape (1, 256, 3): looked up six times as fast as computed."""
     levels = np.arange(256, dtype=np.float32)[:, None]
