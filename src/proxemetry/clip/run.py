@@ -120,7 +120,7 @@ def _join(folder: Folder, identity: Identity, clip: Clip, fps: float) -> None:
             if same
             else f"the clip {before.get('clip')}, not {clip.name}"
         )
-        raise OutputError(f"{folder.location}: holds {what}; name another --out, or begin anew with --restart")
+        raise OutputError(f"{folder.location}: holds {what}; name another --out, or start again with --restart")
     require_same(identity, before.get("metadata") or {}, folder.location)
 
 

@@ -69,11 +69,11 @@ def run(
 
     paths: photos, folders, globs, URLs; empty for recorded keypoints without photos, or to go on with the photos
     that the folder lists. jobs: worker processes, one a core where None; 0 measures in this process. engine: "local"
-    or "ray". shard: (i, n) does only every n-th shard, the i-th from 1. restart: begin anew. repair: measure
+    or "ray". shard: (i, n) does only every n-th shard, the i-th from 1. restart: start again. repair: measure
     again what damaged parts hold. on_progress: is called with every step.
 
     Raises SettingsError, ModelError or KeypointsError where what is asked for cannot be had, OutputError where the
-    folder cannot be written or holds results made otherwise.
+    folder cannot be written or holds results made with other settings.
     """
     if engine not in ENGINES:
         raise SettingsError(f"engine {engine!r} is unknown: use one of {', '.join(ENGINES)}")

@@ -36,7 +36,7 @@ _KINDS = (
         r"part-\d{6,}\.parquet",
         "delete it (or add --repair), and the same `proxemetry measure` measures its photos again",
     ),
-    ("manifest", r"manifest-\d{3,}\.parquet", "begin anew with --restart"),
+    ("manifest", r"manifest-\d{3,}\.parquet", "start again with --restart"),
     ("", r"(photos|people|pairs)\.parquet", "delete it, and `proxemetry export DIR` writes it again"),
 )
 

@@ -63,8 +63,8 @@ def require_same(now: Identity, before: Mapping[str, str], where: str) -> None:
         ) from error
     if differences:
         raise OutputError(
-            f"{where}: the results there were made otherwise ({'; '.join(differences)}); "
-            "use the same again, name another --out, or begin anew with --restart"
+            f"{where}: the results there were made with other settings ({'; '.join(differences)}); "
+            "use the same settings, name another --out, or start again with --restart"
         )
 
 

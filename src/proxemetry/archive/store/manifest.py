@@ -143,11 +143,11 @@ def read(folder: Folder, duck: Any = None) -> Manifest | None:
         fields: dict[str, Any] = json.loads(header[0])
         root, schema = fields["root"], fields["schema"]
     except (TypeError, ValueError, KeyError) as error:
-        raise OutputError(f"{files[0]}: damaged; begin anew with --restart") from error
+        raise OutputError(f"{files[0]}: damaged; start again with --restart") from error
     if schema != SCHEMA:
         raise OutputError(
             f"{files[0]}: a list of photos of schema {schema!r}, made by another version of proxemetry; "
-            "use that one, name another --out, or begin anew with --restart"
+            "use that one, name another --out, or start again with --restart"
         )
     sizes = duck.execute(
         "SELECT count(*) FROM read_parquet($paths) GROUP BY shard ORDER BY shard", {"paths": files}

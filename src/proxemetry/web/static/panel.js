@@ -72,7 +72,7 @@ export class Panel {
   pairs() {
     const { pairs, on_ground: ground } = this.fields;
     if (!pairs.length) return html("p", { class: "hint", text: this.fields.reason ?? "There is no pair of people." });
-    if (pairs.every((p) => p.distance_m === null)) return html("p", { class: "hint", text: `No distances: ${this.fields.reason ?? "no person could be placed"}` });
+    if (pairs.every((p) => p.distance_m === null)) return html("p", { class: "hint", text: `No distances: ${this.fields.reason?.split("; ")[0] ?? "no person could be placed"}.` });
     const doubts = pairs.some((p) => p.vague) ? ". ?: too uncertain for one number, read the interval" : "";
     const meaning = `Between body centres, ${ground ? "along the ground" : "in space (gravity unknown)"}; 90 % intervals${doubts}`;
     const recorded = this.recorded();

@@ -39,7 +39,7 @@ export class Plan {
     const [x0, y0, scale] = limits;
     const at = ([x, y]) => [(x - x0) * scale, height - (y - y0) * scale];
     const step = STEPS.find((s) => Math.max(width, height) / scale / s <= 24) ?? 500;
-    caption.textContent = `View from above, grid ${step} m, shapes: where each stands with 90 %`;
+    caption.textContent = `View from above, grid ${step} m; shapes: where each person stands (90 %)`;
     const root = svg("svg", { viewBox: `0 0 ${width} ${height}`, role: "img", "aria-label": this.words(placed) },
       this.grid(limits, width, height, step), this.camera(at, scale, width, height));
     const regions = placed.map((p) => this.region(p, at));
