@@ -401,3 +401,27 @@ def test_a_clips_people_weigh_what_is_stated_of_the_lens(kind):
     found = told_by_people([([scene], [0.0]) for scene in scenes], None, LocateSettings())
     stays = found.camera.source.kind is kind
     assert stays == (kind is not FocalSource.ASSUMED_PRIOR)
+
+
+def test_distances_of_a_calibrated_floor_are_off_by_as_much_as_stated_wherever_the_lens_has_its_middle():
+    """What clicks and tape do to distances, and nothing else: the angles make up for a principal point that is off."""
+    from proxemetry.clip.floor import SharedError
+
+    true = replace(MAST, camera=replace(CAMERA, cx=CAMERA.cx + 9, cy=CAMERA.cy - 6))
+    floor = true.floor_frame.to_user(to_floor(true, SEEN))
+    extra = np.array([(400.0, 300.0), (300.0, 420.0)])
+    points = np.concatenate([floor, true.floor_frame.to_user(to_floor(true, extra))])
+    z = []
+    for seed in range(25):
+        rng = np.random.default_rng(seed)
+        pixels = to_pixels(true, true.floor_frame.from_user(points)) + rng.normal(0, 2.0, (6, 2))
+        told = FloorPoints(pixels, points + rng.normal(0, 0.05, (6, 2)), 2.0, 0.05)
+        mount = from_points(told, with_open_principal(CAMERA)).mount
+        assert mount.camera.principal_sd_px == 0
+        own = to_floor(mount, to_pixels(true, true.floor_frame.from_user(points)))
+        shared = SharedError(mount, mount.camera)(mount.floor_frame.to_user(own))[..., :4]
+        for a, b in ((0, 1), (0, 2), (1, 3), (2, 3)):
+            gap = mount.floor_frame.to_user(own)[a] - mount.floor_frame.to_user(own)[b]
+            sd = np.linalg.norm((gap / np.linalg.norm(gap)) @ (shared[a] - shared[b]))
+            z.append((np.linalg.norm(gap) - np.linalg.norm(points[a] - points[b])) / sd)
+    assert 0.7 < np.sqrt(np.mean(np.square(z))) < 1.3

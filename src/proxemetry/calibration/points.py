@@ -34,6 +34,8 @@ _ANYWHERE = 100.0
 _STEEP_RAD = math.radians(60.0)
 #: Of a height or a focal length against its start: what a step of the search may not go beyond.
 _MOST_LOG = 30.0
+#: The unknowns before the principal point: pitch, roll, log height, x, y, yaw and focal length.
+_PRINCIPAL = 7
 #: A point that misses by more standard deviations than this is named.
 _WRONG = 3.5
 
@@ -237,9 +239,14 @@ def _user(mount: Mount, floor_m: FloatArray) -> FloatArray:
 
 
 def _with_covariance(mount: Mount, normal: FloatArray, spread: float, count: int, focal_sd: float) -> Mount:
-    """Return the mount with the pitch, roll, height and focal length of its normal equations."""
+    """Return the mount with the pitch, roll, height and focal length of its normal equations.
+
+    Its principal point is held where it was found. Wherever that truly is, pitch and roll make up for it: together they
+    put the floor where the points are, and a spread of the angles alone would move it.
+    """
     try:
-        covariance = np.linalg.inv(normal + np.diag([_ANYWHERE**-2] * 6 + [0.0] * 3)) * spread**2
+        held = (normal + np.diag([_ANYWHERE**-2] * 6 + [0.0] * 3))[:_PRINCIPAL, :_PRINCIPAL]
+        covariance = np.linalg.inv(held) * spread**2
     except np.linalg.LinAlgError as error:
         raise CameraError("the points tell no camera: take points that span an area, well below the horizon") from error
     which, scale = np.array([0, 1, 2, 6]), np.array([1.0, 1.0, 1.0, focal_sd])
@@ -253,6 +260,8 @@ def _with_covariance(mount: Mount, normal: FloatArray, spread: float, count: int
     camera = mount.camera
     if camera is not None and known[3]:
         camera = replace(camera, focal_rel_sd=math.sqrt(block[3, 3]))
+    if camera is not None:
+        camera = replace(camera, principal_sd_px=0.0)
     return replace(
         mount, covariance=tuple(map(tuple, rows.tolist())), camera=camera, source=f"{count} points of the floor"
     )
