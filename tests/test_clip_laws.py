@@ -1,11 +1,14 @@
 """A whole clip, from sightings to totals: what must not depend on how it was filmed."""
 
+import math
+
 import numpy as np
 import pytest
 
 from proxemetry.archive.store.folder import Folder
+from proxemetry.camera import Camera, Mount
 from proxemetry.clip.analysis import Wanted, assembled
-from proxemetry.clip.camera import ClipCamera
+from proxemetry.clip.camera import ClipCamera, weighed
 from proxemetry.clip.columns import TABLES
 from proxemetry.clip.measuring import Measured
 from proxemetry.clip.placing import Placed
@@ -79,3 +82,21 @@ def test_a_clip_that_begins_later_has_the_same_numbers(plain, tmp_path):
     seconds, sizes = totals(filmed(), tmp_path, times=100 + np.arange(FRAMES) * STEP)
     assert sizes == plain[1] and seconds == pytest.approx(plain[0], abs=1e-6)
     assert all((tmp_path / f"{name}.csv").exists() for name in TABLES)
+
+
+def test_what_people_tell_and_what_is_stated_are_weighed_by_their_certainty():
+    """By information: precisions add up, and what is correlated with a stated part moves along."""
+    lens = Camera.centred(900.0, 1280, 960)
+    root = np.array([[0.03, 0, 0, 0], [0.002, 0.01, 0, 0], [-0.04, 0.01, 0.05, 0], [0.02, 0, 0.03, 0.06]])
+    own = root @ root.T
+    told = Mount(0.30, 0.01, 5.0, tuple(map(tuple, own.tolist())), lens)
+    stated = Mount.stated(0.36, height_m=5.6, pitch_sd_rad=0.02, height_sd_m=0.28)
+    found = weighed(told, stated)
+    said = np.diag([1 / 0.02**2, 0, 1 / 0.05**2, 0])
+    precision = np.linalg.inv(own) + said
+    before = np.array([0.30, 0.01, math.log(5.0), 0.0])
+    mean = np.linalg.solve(precision, np.linalg.inv(own) @ before + said @ (0.36, 0, math.log(5.6), 0))
+    after = (found.pitch_rad, found.roll_rad, math.log(found.height_m), math.log(found.camera.f_px / 900.0))
+    assert after == pytest.approx(mean)
+    assert np.array(found.covariance) == pytest.approx(np.linalg.inv(precision))
+    assert found.camera.focal_rel_sd == pytest.approx(math.sqrt(np.linalg.inv(precision)[3, 3]))
