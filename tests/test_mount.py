@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 import proxemetry as px
 from proxemetry.bodies import MOST_MISFIT
 from proxemetry.camera import Camera, CameraEstimate, Doubt, FloorFrame, Mount
+from proxemetry.camera.floor_view import horizon, reach, to_floor, to_pixels
 from proxemetry.camera.focal import FocalRequest, estimate_camera
 from proxemetry.camera.table import CameraTable
 from proxemetry.errors import CameraError, SettingsError
@@ -268,3 +269,45 @@ def test_the_papers_estimators_leave_the_mount_aside():
         assert measured(people, stated(), method).distances_m == pytest.approx(
             measured(people, None, method).distances_m, nan_ok=True
         )
+
+
+@pytest.mark.parametrize("off", [-0.02, 0.001, 0.03])
+@pytest.mark.parametrize("metres", [3.0, 12.0, 30.0])
+def test_a_wrong_pitch_puts_a_point_where_its_pixel_lies_then(metres, off):
+    mount = Mount.stated(0.3, 0.0, 4.0, camera=Camera.centred(900.0, 1280, 960))
+    wrong = Mount.stated(0.3 + off, 0.0, 4.0, camera=mount.camera)
+    put = to_floor(wrong, to_pixels(mount, [0.0, metres]))[1]
+    assert reach(mount, metres, off) == pytest.approx(put - metres)
+
+
+def test_the_horizon_is_where_the_floor_far_away_is_seen():
+    lens = Camera(900.0, 950.0, 600.0, 500.0, 1280, 960)
+    mount = Mount.stated(0.15, 0.12, 4.0, camera=lens)
+    (u0, v0), (u1, v1) = horizon(mount)
+    far = to_pixels(mount, np.array([[-3e7, 1e8], [0.0, 1e8], [3e7, 1e8]]))
+    assert far[:, 1] == pytest.approx(v0 + (far[:, 0] - u0) * (v1 - v0) / (u1 - u0), abs=1e-3)
+
+
+def test_a_mirrored_mount_sees_the_mirrored_floor_in_the_users_coordinates():
+    """The same point of the user's floor, in the photo flipped left to right."""
+    frame, lens = FloorFrame(2.0, -1.0, 0.7), Camera(900.0, 950.0, 600.0, 500.0, 1280, 960)
+    mount = Mount.stated(0.3, 0.1, 4.0, camera=lens, floor_frame=frame)
+    points = np.array([[3.0, 6.0], [5.0, 4.0]])
+    seen = to_pixels(mount, frame.from_user(points))
+    flipped = mount.mirrored()
+    assert flipped.floor_frame.to_user(to_floor(flipped, seen * (-1, 1) + (1280, 0))) == pytest.approx(points)
+
+
+def test_widening_multiplies_standard_deviations():
+    mount = Mount.stated(0.3, 0.1, 4.0, pitch_sd_rad=0.02, height_sd_m=0.4)
+    assert mount.widened(3.0).sd[:3] == pytest.approx(3 * mount.sd[:3])
+    assert mount.widened(3.0).height_sd_m == pytest.approx(1.2)
+
+
+def test_what_a_mount_takes_from_another_is_independent_of_what_it_knew():
+    spread = np.array([[0.04, np.nan, 0.01], [np.nan, np.nan, np.nan], [0.01, np.nan, 0.09]])
+    covariance = np.full((4, 4), np.nan)
+    covariance[:3, :3] = spread
+    other = Mount(0.2, math.nan, 3.0, tuple(map(tuple, covariance.tolist())))
+    found = np.array(Mount.stated(0.3, pitch_sd_rad=0.1).completed_by(other).covariance)
+    assert found[0, 0] == pytest.approx(0.01) and found[2, 2] == pytest.approx(0.09) and found[0, 2] == 0.0
