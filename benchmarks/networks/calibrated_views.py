@@ -8,7 +8,7 @@ about their axes by 13 and 26 degrees; in two pictures a woman stands behind, on
 drawn woman stands before the same pictures. Ten moments of each are taken.
 
 The truth: joints as the back ends' answers for all views together have them (`calibrated_cameras.py`), with the cameras
-turned by 0.3 to 0.5 degrees until the first trial's sight lines meet. No picture counts for more than another, so
+turned by 0.4 to 0.9 degrees until the first trial's sight lines meet. No picture counts for more than another, so
 habits of a back end that depend on the view show, and those that do not show in lengths only. Each picture is then
 measured by itself, focal length given, the camera's place not; and again with what straight lines tell of it, as
 `proxemetry measure` would. `true` are the same joints, moved by 0.5 % of the stature. Pictures of turned cameras are
