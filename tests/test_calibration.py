@@ -17,7 +17,7 @@ from proxemetry.calibration.lengths import Length, with_lengths
 from proxemetry.calibration.lens import lens_of, with_open_principal
 from proxemetry.calibration.people import Gathered, from_people
 from proxemetry.calibration.points import FloorPoints, from_homography, from_points, open_camera
-from proxemetry.calibration.report import TAKE_POINTS, floor_drawn, lines_of
+from proxemetry.calibration.report import TAKE_POINTS, doubt_m, floor_drawn, lines_of
 from proxemetry.camera import Camera, CameraEstimate, FloorFrame, FocalSource, Mount, Source
 from proxemetry.camera.floor_view import horizon, reach, to_floor, to_pixels
 from proxemetry.camera.focal import FocalRequest
@@ -425,3 +425,15 @@ def test_distances_of_a_calibrated_floor_are_off_by_as_much_as_stated_wherever_t
             sd = np.linalg.norm((gap / np.linalg.norm(gap)) @ (shared[a] - shared[b]))
             z.append((np.linalg.norm(gap) - np.linalg.norm(points[a] - points[b])) / sd)
     assert 0.7 < np.sqrt(np.mean(np.square(z))) < 1.3
+
+
+def test_pitch_and_height_together_move_a_person_as_drawn_cameras_do():
+    spread = np.zeros((4, 4))
+    spread[np.ix_([0, 2], [0, 2])] = [[0.005**2, 0.8 * 0.005 * 0.02], [0.8 * 0.005 * 0.02, 0.02**2]]
+    mount = replace(MAST, roll_rad=0.0, covariance=tuple(map(tuple, spread.tolist())))
+    pitch, log_height = np.random.default_rng(0).multivariate_normal([0, 0], spread[np.ix_([0, 2], [0, 2])], 4000).T
+    below = math.atan2(mount.height_m, 25.0) + pitch
+    drawn = mount.height_m * np.exp(log_height) / np.tan(below)
+    assert doubt_m(mount, 25.0) == pytest.approx(float(drawn.std()), rel=0.06)
+    apart = replace(mount, covariance=tuple(map(tuple, np.diag(np.diag(spread)).tolist())))
+    assert doubt_m(apart, 25.0) > 1.3 * doubt_m(mount, 25.0)

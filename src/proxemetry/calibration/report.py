@@ -36,23 +36,35 @@ def lines_of(mount: Mount, distances_m: tuple[float, ...] = ()) -> Iterator[str]
         return
     for away in TOLD_AT_M:
         half = abs(reach(mount, away, -HALF_A_DEGREE_RAD))
-        own = abs(reach(mount, away, -float(mount.sd[0])))
         yield (
             f"at {away:.0f} m  half a degree of pitch moves a person by {_metres(half)}; this calibration's own doubt "
-            f"of {math.degrees(mount.sd[0]):.2f} degrees by {_metres(own)}"
+            f"of pitch and height together by {_metres(doubt_m(mount, away))}"
         )
     if is_poor(mount, distances_m):
         yield TAKE_POINTS
 
 
 def is_poor(mount: Mount, distances_m: tuple[float, ...] = ()) -> bool:
-    """Return whether the pitch's doubt puts people more than `POOR_REL` of their distance wrong.
+    """Return whether a mount's doubt puts people more than `POOR_REL` of their distance wrong.
 
     They are taken to be at the middle of the distances given, or where the middle of the lower half of the picture is.
     """
     away = [d for d in distances_m if math.isfinite(d)]
     middle = away[len(away) // 2] if away else _lower_middle(mount)
-    return math.isfinite(middle) and abs(reach(mount, middle, -float(mount.sd[0]))) > POOR_REL * middle
+    return math.isfinite(middle) and doubt_m(mount, middle) > POOR_REL * middle
+
+
+def doubt_m(mount: Mount, distance_m: float) -> float:
+    """Return by how much the doubts of pitch and height put a person wrong who stands so far ahead, one sd.
+
+    They go together: before a measured floor a camera may be higher and look down more steeply, or less of both.
+    With h cot(b) for the distance, b the angle below the horizon, its slopes are -h / sin(b)^2 and, by log h, itself.
+    """
+    covariance = np.array(mount.covariance)[np.ix_([0, 2], [0, 2])]
+    if not math.isfinite(covariance[1, 1]):
+        covariance = np.diag([covariance[0, 0], 0.0])
+    slopes = np.array([-(mount.height_m**2 + distance_m**2) / mount.height_m, distance_m])
+    return math.sqrt(max(0.0, float(slopes @ covariance @ slopes)))
 
 
 def _lower_middle(mount: Mount) -> float:
