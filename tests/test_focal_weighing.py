@@ -14,10 +14,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from test_photo_metadata import xmp_of
 
-from proxemetry.camera import Camera, CameraEstimate, Doubt, FocalSource
+from proxemetry.camera import Camera, CameraEstimate, Candidate, Doubt, FocalSource, Source
 from proxemetry.camera.choice import choose_camera
 from proxemetry.camera.focal import FocalRequest, estimate_camera
 from proxemetry.camera.sensors import SENSORS, sensor_of, sensors_of_pixels
+from proxemetry.camera.weighing import agree
 from proxemetry.people import People
 from proxemetry.people.skeleton import COCO_17
 from proxemetry.photo import Photo
@@ -318,3 +319,9 @@ def test_an_equivalent_that_no_lens_has_is_unusable(equivalent: int, tmp_path: P
     assert estimate.camera is None
     assert any(f"35 mm equivalent {equivalent} in the metadata is unusable" in flag.text for flag in estimate.flags)
     assert estimate_of(tmp_path, 4160, 3120, {FOCAL_35: 9}).camera is not None
+
+
+@pytest.mark.parametrize(("apart", "both_right"), [(0.27, True), (0.29, False)])
+def test_answers_agree_within_two_standard_deviations_of_their_difference(apart, both_right):
+    one, other = (Candidate(f_px, 0.1, Source(FocalSource.EQUIVALENT)) for f_px in (1000.0, 1000.0 * math.exp(apart)))
+    assert agree(one, other) == agree(other, one) == both_right

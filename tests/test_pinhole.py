@@ -1,5 +1,7 @@
 """The paper's four estimators against closed forms, and their laws."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -8,6 +10,7 @@ from hypothesis import strategies as st
 from proxemetry.camera import Camera
 from proxemetry.errors import SettingsError
 from proxemetry.locate import LocateSettings, method_named
+from proxemetry.locate.pinhole import _CUES, _NOISE_FLOOR_PX, _NOISE_SHARE
 from proxemetry.people import People
 from proxemetry.people.skeleton import BODY_25, COCO_17, HALPE_26
 from synthetic.drawn import people_at
@@ -191,3 +194,46 @@ def test_a_constant_that_is_off_moves_two_people_together():
     # no focal length to share: what is common is the torso's constant, 8 % of each place (METHOD: 444 mm)
     shared = 0.08**2 * np.outer(bodies.positions_m[0], bodies.positions_m[1])
     assert bodies.covariance_m2[:3, 3:] == pytest.approx(shared)
+
+
+def _people_by_torso(places):
+    """Necks and hips alone of upright people at places (n, 3), so that `torso` places them exactly there."""
+    keypoints = np.full((len(places), 17, 2), np.nan)
+    for row, (x, y, z) in enumerate(places):
+        for name, above in (("shoulder", 0.222), ("hip", -0.222)):
+            for side in ("left", "right"):
+                pixel = CAMERA.project([x, y - above, z])
+                keypoints[row, COCO_17.joints.index(f"{side}_{name}")] = pixel
+    return People(COCO_17, keypoints, np.where(np.isnan(keypoints[..., 0]), 0.0, 0.9))
+
+
+def _spread(places, **camera):
+    sure = replace(CAMERA, focal_rel_sd=0.0, principal_sd_px=0.0)
+    return locate("torso", _people_by_torso(places), replace(sure, **camera)).covariance_m2.reshape(
+        -1, 3, len(places), 3
+    )
+
+
+def test_what_the_lens_adds_is_depth_for_the_focal_length_and_a_shift_for_the_principal_point():
+    """X and Y do not depend on the focal length: the depth and 1/f scale together. All people are off alike."""
+    places = np.array([(0.0, 0.0, 5.0), (1.5, 0.3, 8.0)])
+    plain, z = _spread(places), places[:, 2]
+    expected = np.zeros_like(plain)
+    expected[:, 2, :, 2] = 0.1**2 * np.outer(z, z)
+    assert _spread(places, focal_rel_sd=0.1) - plain == pytest.approx(expected, abs=1e-12)
+    expected[:] = 0.0
+    for axis in (0, 1):
+        expected[:, axis, :, axis] = (20 / CAMERA.f_px) ** 2 * np.outer(z, z)
+    assert _spread(places, principal_sd_px=20.0) - plain == pytest.approx(expected, abs=1e-12)
+
+
+def test_a_persons_own_uncertainty_is_of_both_joints_and_the_bodys_length():
+    """On the axis: across it the middle of two joints, of half a joint's variance; along it the body's length too."""
+    z = 5.0
+    own = _spread(np.array([(0.0, 0.0, z)]))[0, :, 0, :]
+    noise = np.hypot(_NOISE_FLOOR_PX, _NOISE_SHARE * 0.5 * CAMERA.f_px / z)
+    across = (z / CAMERA.f_px) ** 2 * noise**2 / 2
+    torso = _CUES["torso"]
+    ends = np.sqrt(2) * noise / (torso.length_m * CAMERA.f_px / z)
+    along = z**2 * (torso.population**2 + torso.angle**2 + torso.constant**2 + ends**2)
+    assert own == pytest.approx(np.diag([across, across, across + along]), rel=1e-6, abs=1e-12)

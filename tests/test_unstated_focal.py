@@ -12,10 +12,11 @@ from proxemetry import measure
 from proxemetry.camera import Camera, Doubt, FocalSource
 from proxemetry.camera.choice import PictureLines, choose_camera, with_gravity
 from proxemetry.camera.focal import FocalRequest, estimate_camera
+from proxemetry.camera.from_people.self_calibration import FocalPosterior
 from proxemetry.camera.lines import gravity_from_lines
 from proxemetry.camera.lines.segments import segments_of, straight_segments, without_graphics
 from proxemetry.camera.published import quantile_mm
-from proxemetry.camera.unstated import without_statement
+from proxemetry.camera.unstated import _GRID, _of_people, _posterior, without_statement
 from proxemetry.errors import AssumedFocalWarning
 from proxemetry.people import People
 from proxemetry.people.skeleton import COCO_17
@@ -176,3 +177,33 @@ def test_the_library_says_loudly_what_it_assumed() -> None:
         refused = measure(blank(), pose=lambda pixels: person, camera=FocalRequest(assume=False))
         measure(blank(), pose=lambda pixels: person, camera=Camera.centred(600, WIDTH, HEIGHT))
     assert refused.status == "no_camera"
+
+
+def test_people_are_heard_at_the_focal_length_that_they_say() -> None:
+    """Their likelihood is of pixels, the grid's of millimetres: a peak at 1,200 px of 30 px a millimetre is 40 mm."""
+    log_f = np.linspace(math.log(200), math.log(8000), 400)
+    likelihood = -0.5 * ((log_f - math.log(1200.0)) / 0.05) ** 2
+    told = FocalPosterior(1200.0, 1100.0, 1310.0, 0.05, 0.3, np.ones(4, dtype=bool), log_f, likelihood)
+    assert math.exp(_GRID[_of_people(told, 30.0).said.argmax()]) == pytest.approx(40.0, rel=0.02)
+
+
+def test_an_uncertainty_with_long_tails_is_not_taken_for_its_middle() -> None:
+    """Of 97 % within a few per cent and 3 % far away the standard deviation is that of all."""
+    near, far = math.log(35.0), math.log(400.0)
+    bump = [np.exp(-0.5 * ((_GRID - at) / 0.05) ** 2) for at in (near, far)]
+    _, _, mean, sd = _posterior(0.97 * bump[0] + 0.03 * bump[1], [])
+    assert mean == pytest.approx(0.97 * near + 0.03 * far, abs=0.01)
+    assert sd == pytest.approx(math.sqrt(0.05**2 + 0.97 * 0.03 * (far - near) ** 2), rel=0.02)
+
+
+def test_a_part_of_a_picture_is_as_unsure_as_its_size_besides() -> None:
+    nobody = People.none(COCO_17)
+
+    def spread(width: int, height: int) -> float:
+        photo = Photo("scan.jpg", width, height, "")
+        found = without_statement(estimate_camera(photo), photo, nobody, None, assume=True)
+        assert found.camera is not None
+        return found.camera.focal_rel_sd
+
+    # 3:2 is a sensor's shape; 5:4 is none, and a crop's diagonal is unsure by a fifth
+    assert spread(1000, 800) == pytest.approx(math.hypot(spread(1500, 1000), 0.2))

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from proxemetry.bodies import Bodies, Floor, Mode
 from proxemetry.distances import measure_distances
 from proxemetry.locate import LocateSettings, method_named, unsure_focal
 from proxemetry.locate.scenefit import locate as fitted
@@ -74,3 +75,32 @@ def test_a_crowd_is_as_unsure_by_one_fit(level: SyntheticPhoto, monkeypatch: pyt
     np.testing.assert_allclose(once.position_sd_m[:, 2], several.position_sd_m[:, 2], rtol=0.25)
     depth = once.covariance_m2[2::3, 2::3] / np.outer(once.positions_m[:, 2], once.positions_m[:, 2])
     assert (depth[0, 1:] > 0.2).all()  # they all move together
+
+
+def _answer(people, pitch_rad: float) -> Bodies:
+    count = len(people)
+    places, spread = np.tile([0.0, 0.0, 5.0], (count, 1)), np.eye(3 * count) * 0.01
+    modes = (Mode(0.3, places, spread), Mode(0.7, places + 0.1, spread))
+    floor = Floor(1.6, pitch_rad, 0.0, 0.05, 0.01, 0.01)
+    return Bodies(places, spread, "scene", ("feet",) * count, (None,) * count, floor=floor, modes=modes)
+
+
+def test_explanations_of_each_focal_length_keep_their_weights(level, monkeypatch) -> None:
+    monkeypatch.setattr(unsure_focal, "fitted", lambda people, *_: _answer(people, 0.0))
+    camera = replace(level.camera, focal_rel_sd=2 * UNSURE_SD)
+    modes = locate(level.people, camera, LocateSettings()).modes
+    assert sum(mode.weight for mode in modes) == pytest.approx(1.0)
+    assert [mode.weight for mode in modes] == pytest.approx([0.05, 7 / 60, 0.2, 7 / 15, 0.05, 7 / 60])
+
+
+@pytest.mark.parametrize("pitch_rad", [PITCHED_RAD + 0.01, -PITCHED_RAD - 0.01])
+def test_a_camera_that_looks_far_down_or_up_is_fitted_once(pitch_rad, level, monkeypatch) -> None:
+    fits: list[float] = []
+
+    def counted(people, camera, *_):
+        fits.append(camera.f_px)
+        return _answer(people, pitch_rad)
+
+    monkeypatch.setattr(unsure_focal, "fitted", counted)
+    locate(level.people, replace(level.camera, focal_rel_sd=2 * UNSURE_SD), LocateSettings())
+    assert fits == [level.camera.f_px]
