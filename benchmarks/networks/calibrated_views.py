@@ -8,7 +8,7 @@ about their axes by 13 and 26 degrees; in two pictures a woman stands behind, on
 drawn woman stands before the same pictures. Ten moments of each are taken.
 
 The truth: joints as the back ends' answers for all views together have them (`calibrated_cameras.py`), with the cameras
-turned by 0.4 to 0.9 degrees until the first trial's sight lines meet. No picture counts for more than another, so
+turned by 0.4 to 0.8 degrees until the first trial's sight lines meet. No picture counts for more than another, so
 habits of a back end that depend on the view show, and those that do not show in lengths only. Each picture is then
 measured by itself, focal length given, the camera's place not; and again with what straight lines tell of it, as
 `proxemetry measure` would. `true` are the same joints, moved by 0.5 % of the stature. Pictures of turned cameras are
@@ -51,7 +51,7 @@ from proxemetry.photo import Photo
 from proxemetry.pose import PoseOptions, available, backend_named
 
 _DEMO = "Pose2Sim/Demo_Batch"
-_EVERY, _MOMENTS = 10, 10
+_EVERY = 10
 #: Whose habits the truth is to be free of is averaged with others: the back ends with COCO's joints.
 _WITNESSES = ("yolox-tinypose", "nanodet-movenet")
 #: A camera that is turned by more is measured upright too, radians.
@@ -78,12 +78,12 @@ class KnownView:
     leaning: bool
 
 
-def frames_of(video: bytes) -> list[RGBArray]:
-    """Return every tenth frame."""
+def frames_of(video: bytes, moments: int) -> list[RGBArray]:
+    """Return so many frames, every tenth."""
     import av
 
     with av.open(io.BytesIO(video), mode="r") as clip:
-        taken = islice(clip.decode(video=0), 0, _EVERY * _MOMENTS, _EVERY)
+        taken = islice(clip.decode(video=0), 0, _EVERY * moments, _EVERY)
         return [np.asarray(frame.to_ndarray(format="rgb24"), dtype=np.uint8) for frame in taken]
 
 
@@ -93,10 +93,10 @@ def read_views(wheel: Path) -> list[View]:
         return read_qualisys(files.read(f"{_DEMO}/calibration/Calib.qca.txt"))
 
 
-def read_trial(wheel: Path, trial: str, views: Sequence[View]) -> list[list[RGBArray]]:
+def read_trial(wheel: Path, trial: str, views: Sequence[View], moments: int) -> list[list[RGBArray]]:
     """Return the pictures of a trial by moment and view, as wide as the calibration has them."""
     with zipfile.ZipFile(wheel) as files:
-        clips = [frames_of(files.read(f"{_DEMO}/{trial}/videos/{view.name}.mp4")) for view in views]
+        clips = [frames_of(files.read(f"{_DEMO}/{trial}/videos/{view.name}.mp4"), moments) for view in views]
     return [
         [_as_wide(frame, view.camera.width) for frame, view in zip(moment, views, strict=True)]
         for moment in zip(*clips, strict=True)
@@ -239,6 +239,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("wheel", type=Path)
     parser.add_argument("--trials", default="Trial_1,Trial_2")
+    parser.add_argument("--moments", type=int, default=10, help="how many of each trial, at most ten")
     add_models_option(parser)
     parser.add_argument("--pose", default="", help="names with commas between; all at hand without it")
     args = parser.parse_args()
@@ -250,7 +251,7 @@ def main() -> None:
     views = read_views(args.wheel)
     turned: list[View] | None = None
     for trial in args.trials.split(","):
-        moments = read_trial(args.wheel, trial, views)
+        moments = read_trial(args.wheel, trial, views, args.moments)
         seen = seen_together(views, moments, witnesses)
         if turned is None:
             turned = turned_to_meet(views, [s for people in seen for s in people if len({o.view for o in s}) > 2])
