@@ -16,6 +16,7 @@ from proxemetry.camera import Camera
 from proxemetry.camera.focal import FocalRequest, estimate_camera
 from proxemetry.camera.frame import frame_of
 from proxemetry.errors import SettingsError
+from proxemetry.intervals import HALF_WIDTH_SD
 from proxemetry.photo import Photo
 from proxemetry.photo.metadata import Crop, Metadata
 from synthetic.camera_files import (
@@ -353,3 +354,19 @@ def test_a_recorded_rectangle_that_is_not_the_files_is_not_believed() -> None:
     metadata, width, height, _ = _cut(0.0, (6000, 4000), False)
     frame = frame_of(width, height * 2, metadata)
     assert frame.principal_px is None and frame.size_rel_sd > 0.1
+
+
+def test_a_zoom_that_a_maker_counts_or_not_lies_within_the_interval() -> None:
+    """Of an unknown maker: half of the interval, as a logarithm, is the zoom, besides what the tag leaves."""
+    plain, zoomed = camera_of(photo_of(focal_35mm=28.0)), camera_of(photo_of(focal_35mm=28.0, digital_zoom=2.0))
+    assert zoomed.fx == pytest.approx(plain.fx)
+    assert zoomed.focal_rel_sd == pytest.approx(math.hypot(plain.focal_rel_sd, math.log(2.0) / HALF_WIDTH_SD))
+
+
+def test_a_cut_at_an_unknown_scale_reaches_down_to_the_largest_that_fits() -> None:
+    """800 x 800 of 3000 x 2000: cut at full size, or as much as fits made smaller, by 0.4."""
+    frame = frame_of(800, 800, Metadata(stored_width_px=3000, stored_height_px=2000))
+    assert (frame.width_px, frame.height_px, frame.scale) == (3000, 2000, 1.0)
+    assert frame.size_rel_sd == frame.scale_rel_sd == pytest.approx(math.log(1 / 0.4) / HALF_WIDTH_SD)
+    # uniform over the room that is left, 2,200 by 1,200
+    assert frame.principal_sd_px == pytest.approx(math.hypot(2200, 1200) / math.sqrt(2) / math.sqrt(12))
