@@ -375,6 +375,14 @@ def test_a_camera_that_stays_is_one_shot_and_one_that_pans_is_moving():
     assert pan.moving
 
 
+def test_pictures_of_noise_are_not_as_many_cameras():
+    """At night, or through a cable that is loose, no frame shows what the one before did."""
+    wall = np.full((480, 640, 3), 90)
+    noisy = [(wall + np.random.default_rng(k).integers(0, 9, wall.shape)).astype(np.uint8) for k in range(10)]
+    (shot,) = finder_of(noisy)
+    assert shot.moving  # nobody can say that it stays
+
+
 @pytest.mark.parametrize("content", [b"", b"RIFF not a video", None])
 def test_what_is_no_video_is_said_in_one_line(tmp_path, capsys, content, made):
     path = tmp_path / "bad.mp4"

@@ -207,7 +207,7 @@ def _print(numbers: dict[str, Any], args: argparse.Namespace) -> None:
         f"{numbers['clip']}: {numbers['seconds']:.1f} s, {numbers['n_frames']} frames, {numbers['n_tracks']} tracks "
         f"(of {numbers['people_at_least']} to {numbers['people_at_most']} people)"
     )
-    for note in [*numbers["cameras"].values(), *numbers["notes"]]:
+    for note in dict.fromkeys([*numbers["cameras"].values(), *numbers["notes"]]):
         print(f"  {note}")
     moved = [s for s in numbers["shots"] if s["began"] == "camera moved"]
     if moved:

@@ -197,7 +197,10 @@ def _cameras(folder: Folder, measured: Measured, wanted: Wanted) -> dict[int, Cl
         stated = wanted.mount if camera == 0 else None
         if all(s.moving for s in shots):
             found[camera] = ClipCamera(
-                None, None, "the camera moves: every frame is measured by itself, no one is followed"
+                None,
+                None,
+                "the camera moves, or its pictures cannot be compared: every frame is measured by itself, no one is "
+                "followed",
             )
         elif stated is not None and is_complete(stated) and stated.camera is not None:
             found[camera] = ClipCamera(stated, stated.camera, f"the camera's place is {stated.source}")

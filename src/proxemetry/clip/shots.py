@@ -160,9 +160,6 @@ class ShotFinder:
         run: list[Shot] = []
         for shot in [*self._shots, None]:
             if shot is not None and (_is_short(shot) or (not run and shot.last - shot.first < 2)):
-                if run and shot.began is not Change.MOVED:
-                    merged += _as_moving(run)
-                    run = []
                 run.append(shot)
                 continue
             merged += _as_moving(run)
@@ -174,7 +171,8 @@ class ShotFinder:
 
 
 def _is_short(shot: Shot) -> bool:
-    return shot.began is Change.MOVED and shot.last - shot.first < 2
+    """Return whether a shot ended at once: the camera goes on moving, or its pictures cannot be compared (noise)."""
+    return shot.began is not Change.START and shot.last - shot.first < 2
 
 
 def _as_moving(run: list[Shot]) -> list[Shot]:
