@@ -148,7 +148,12 @@ def test_the_camera_table_states_places(tmp_path):
 
 @pytest.mark.parametrize(
     ("row", "said"),
-    [("mast*,,0.25,", "stands without"), ("mast*,16,-1,", "0 or more"), ("mast*,100,,", "90"), ("mast*,,,-3", "above")],
+    [
+        ("mast*,,0.25,", "is given without"),
+        ("mast*,16,-1,", "0 or more"),
+        ("mast*,100,,", "90"),
+        ("mast*,,,-3", "above"),
+    ],
 )
 def test_a_wrong_place_in_the_camera_table_names_its_line(tmp_path, row, said):
     path = tmp_path / "cameras.csv"

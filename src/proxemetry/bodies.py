@@ -74,9 +74,9 @@ def _nothing() -> FloatArray:
 class Bodies:
     """P people placed in the camera frame (x right, y down, z forward, metres).
 
-    positions_m: shape (P, 3), the middle of the torso (of the shoulders or the eyes, where the paper's estimators went
-    by those); NaN rows where a person could not be placed.
-    covariance_m2: shape (3P, 3P), the joint covariance, persons' x, y, z in turn; NaN for those not placed.
+    positions_m: shape (P, 3), the middle of the torso (of the shoulders or the eyes, if the paper's estimators used
+    those); NaN rows where a person could not be placed.
+    covariance_m2: shape (3P, 3P), the joint covariance, persons' x, y, z in turn; NaN for people who were not placed.
     method: the option's name. basis: per person the evidence used ("torso", "feet+torso"), "" where not placed.
     reasons: per person why there is no position, or None.
     up: unit vector of shape (3,) against gravity in the camera frame, or None where gravity is unknown.
@@ -84,12 +84,11 @@ class Bodies:
     turns to the image's right. stature_m, stature_sd_m: shape (P,). NaN where unknown.
     floor: the shared floor, where one was found.
     modes: several explanations with weights that sum to one; empty where one is enough.
-    mount_misfit: by how many standard deviations the people put the camera elsewhere than its mount, root mean square
-        over what the mount states; NaN without one.
-    depth_misfit: shape (P,), by how many standard deviations a person's stated depth is off what all other evidence
-    gives,
-        positive where it is stated too far; NaN where none is stated.
-    intrinsics: with which the places project onto what was seen, where the method fits them.
+    mount_misfit: by how many standard deviations the camera's place found from the people differs from its mount (root
+        mean square over what the mount states); NaN without a mount.
+    depth_misfit: shape (P,), by how many standard deviations a person's stated depth differs from all other evidence,
+        positive if the stated depth is too large; NaN where none is stated.
+    intrinsics: those with which the positions project onto the keypoints, if the method fits them.
     """
 
     positions_m: FloatArray
@@ -128,7 +127,7 @@ class Bodies:
 
     @classmethod
     def unplaced(cls, count: int, method: str, reason: str) -> Bodies:
-        """Return `count` people none of whom could be placed, all for the same reason."""
+        """Return `count` people without a position, all for the same reason."""
         return cls(
             np.full((count, 3), np.nan),
             np.full((3 * count, 3 * count), np.nan),
@@ -145,12 +144,12 @@ class Bodies:
 
     @property
     def placed(self) -> NDArray[np.bool_]:
-        """Shape (P,): who has a position."""
+        """Shape (P,): which people have a position."""
         return np.asarray(np.isfinite(self.positions_m).all(axis=1))
 
     @cached_property
     def position_sd_m(self) -> FloatArray:
-        """Shape (P, 3): the standard deviation of each coordinate about `positions_m`, over all explanations."""
+        """Shape (P, 3): the standard deviation of each coordinate about `positions_m`, including all modes."""
         variance = np.diag(self.covariance_m2).reshape(-1, 3)
         if self.modes:
             apart = [

@@ -39,15 +39,15 @@ _SHORTEST_M = 0.1
 
 @dataclass(frozen=True, eq=False)
 class Distances:
-    """All pairs of P people; every array is symmetric with NaN on the diagonal and for who could not be placed.
+    """All pairs of P people; every array is symmetric with NaN on the diagonal and for people who could not be placed.
 
     distance_m: shape (P, P), on the ground plane where gravity is known, else in space (see `on_ground`);
     between the positions, or of least expected error (`LEAST_ERROR_METHODS`).
     low_m, high_m: shape (P, P), the 90 % interval of `distance_m`, which lies in it. distance_3d_m: shape (P, P), in
     space.
     zone_probability: shape (P, P, 4), in the order of `ZONES`. group_probability: shape (P, P), that two people face
-    each other as an F-formation; NaN where a heading is unknown. reach_m: None, or, in a crowd, how far apart people
-    may be placed for their pair to be looked at; pairs further apart are NaN everywhere.
+    each other as an F-formation; NaN where a heading is unknown. reach_m: None, or, in a crowd, the largest distance
+    between people for which pairs are computed; pairs further apart are NaN in all arrays.
     """
 
     distance_m: FloatArray
@@ -88,11 +88,11 @@ class Distances:
         return zone if self.zone_probability[a, b, ZONES.index(zone)] >= 0.5 else UNCERTAIN
 
     def vague(self, a: int, b: int) -> bool:
-        """Return whether a pair's interval is to be read instead of its distance: its ends are far apart (a ratio)."""
+        """Return whether a pair's interval is too wide for its distance to be quoted alone (by its ends' ratio)."""
         return is_vague(float(self.low_m[a, b]), float(self.high_m[a, b]))
 
     def below(self, limit_m: float) -> int:
-        """Return how many pairs stand nearer than `limit_m`."""
+        """Return how many pairs are nearer than `limit_m`."""
         return int(np.sum(np.triu(self.distance_m < limit_m, 1)))
 
 

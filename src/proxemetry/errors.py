@@ -12,7 +12,7 @@ _LINE_ENDS, _CONTROLS = re.compile(r"\s*[\r\n\v\f\x85\u2028\u2029]\s*"), re.comp
 
 
 class ProxemetryError(Exception):
-    """The root: catching it catches all that is not a bug. Its message is one line of at most 1,000 letters."""
+    """The base class of every error that is not a bug. Its message is one line of at most 1,000 letters."""
 
     def __init__(self, message: str = "") -> None:
         super().__init__(one_line(message))

@@ -45,13 +45,13 @@ def measure(
     """Measure one photo.
 
     photo: a file, upright RGB pixels of shape (H, W, 3), or a `Photo`. pose: a back end or its name. camera: what is
-    known of it, before the photo's metadata. mount: where it is; its intrinsics, if it has any, stand where
-    no camera is given. focal_35mm, focal_mm with sensor_mm, focal_px: the focal length where `camera` is not given,
-    as the options of the command line of the same names. others: what other photos
-    of the same camera tell. method, camera and mount take precedence over `settings`.
+    known about the camera; it takes precedence over the photo's metadata. mount: where the camera is; its intrinsics,
+    if it has any, are used if no camera is given. focal_35mm, focal_mm with sensor_mm, focal_px: the focal length
+    where `camera` is not given, as the options of the command line of the same names. others: what is known from
+    other photos of the same camera. method, camera and mount take precedence over `settings`.
 
     Raises PhotoError where the photo cannot be read, KeypointsError where a back end's answer is malformed,
-    CameraError, ModelError or SettingsError where what is asked for cannot be had. A photo without a known focal length
+    CameraError, ModelError or SettingsError where the request cannot be met. A photo without a known focal length
     is no error: where neither its lines nor its people show one, it is measured with the wide interval of published
     photos, an AssumedFocalWarning and its mark; with `FocalRequest(assume=False)` its scene lists the people alone.
     """
@@ -114,7 +114,7 @@ def place(
 def remeasure(
     scene: Scene, settings: Settings, *, people: People | None = None, camera: Camera | CameraEstimate | None = None
 ) -> Scene:
-    """Return a scene placed anew with corrected people, camera or settings; the photo is not looked at.
+    """Return a scene computed again with corrected people, camera or settings; the photo is not read.
 
     Raises what `place` raises.
     """

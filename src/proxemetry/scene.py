@@ -85,11 +85,11 @@ class Review:
 
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """One photo's people, where they stand and how far apart, with where every number came from.
+    """One photo's people, their positions and distances, and the origin of every number.
 
     photo: its name. sha256: of the file. width_px, height_px: upright full size. status: one of `STATUSES`, with the
     reason for any but "ok". camera: the estimate with all candidates. settings: those of the run, without its
-    camera table. about: what the photo's own metadata state of it. review: None where it was not reviewed. Row i of
+    camera table. about: the photo's own metadata. review: None where it was not reviewed. Row i of
     `people`, of `bodies` and of every distance is the same person.
     """
 
@@ -144,7 +144,7 @@ class Scene:
 
     @cached_property
     def possible_duplicates(self) -> NDArray[np.bool_]:
-        """Who may be a surer person seen a second time, shape (P,)."""
+        """Shape (P,): who may be another person, found a second time."""
         return possible_duplicates(self.people)
 
     @cached_property

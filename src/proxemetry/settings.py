@@ -24,9 +24,9 @@ DEFAULT_METHOD = "scene"
 class Settings:
     """The settings of a run; the same settings on the same photo give the same scene.
 
-    method: one of `locate.METHODS`. locate: what is stated of the people. focal: what is stated of the camera.
-    undistort: whether a known lens distortion is taken out of the keypoints. mount: where the camera is, for all photos
-    of the run; a camera table's row for single photos comes before it. lines: whether the picture's straight lines
+    method: one of `locate.METHODS`. locate: what is stated about the people. focal: what is stated about the camera.
+    undistort: whether a known lens distortion is corrected in the keypoints. mount: where the camera is, for all photos
+    of the run; a row of the camera table takes precedence over it. lines: whether the picture's straight lines
     are looked at, which show gravity where no mount does, and often a focal length that nothing states. drone: whether
     the height and the gimbal's angles that a drone writes into its photos tell the camera's place where no mount does.
     other_photos: whether, in a run of many, photos of the same model of camera tell the sensor that a photo's own file

@@ -80,7 +80,7 @@ def _mapping(value: Any) -> Mapping[str, Any] | None:
 def _files(value: Any) -> list[str]:
     listed = cast("list[Any]", value) if isinstance(value, list) else []
     _need(bool(listed) and all(isinstance(v, str) and re.fullmatch(r"[0-9a-f]{64}", v) for v in listed),
-          "photos are told by their files' hashes")  # fmt: skip
+          "photos are named by their files' SHA-256")  # fmt: skip
     return listed
 
 
@@ -115,7 +115,7 @@ def _propose(notes: PhotoNotes, value: Value) -> PhotoNotes:
     known = {p.key for p in notes.people}
     _need(not known & {p.key for p in found} and len({p.key for p in found}) == len(found), "keys are used once")
     tags = [p.tag for p in (*notes.people, *found) if p.tag is not None]
-    _need(len(set(tags)) == len(tags), "nobody is on a photo twice")
+    _need(len(set(tags)) == len(tags), "a person can be on a photo only once")
     return replace(notes, people=(*notes.people, *found), proposed=pose)
 
 

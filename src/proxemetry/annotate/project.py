@@ -75,7 +75,7 @@ class Project:
         try:
             self.out.mkdir(parents=True, exist_ok=True)
         except OSError as error:
-            raise OutputError(f"{out}: cannot be made a folder ({error.strerror})") from error
+            raise OutputError(f"{out}: cannot be created as a folder ({error.strerror})") from error
         self._lock = threading.RLock()
         # Networks are loaded when the first photo is opened; what can be told at once is.
         self._backend: PoseBackend | None = backend_named(pose) if replays(pose) else None

@@ -47,7 +47,7 @@ def from_subtitles(path: str | Path, camera: Camera | None = None) -> Mount:
     if _range(values["rel_alt"]) > 1.0 or _range(values["gb_pitch"]) > 2.0:
         raise CameraError(
             f"{path}: the drone moved (height by {_range(values['rel_alt']):.1f} m, pitch by "
-            f"{_range(values['gb_pitch']):.1f} degrees): a mount is of a camera that stays"
+            f"{_range(values['gb_pitch']):.1f} degrees): a mount is for a camera that does not move"
         )
     height, pitch, roll = (sum(v) / len(v) if v else 0.0 for v in values.values())
     return _mount(height, pitch, roll, camera, "drone's subtitles")

@@ -28,7 +28,7 @@ def homography(source: FloatArray, target: FloatArray) -> FloatArray:
     for points in (a, b):
         spread = np.linalg.svd(points, compute_uv=False)
         if spread[1] < _LEAST_RANK * spread[0]:
-            raise CameraError(f"the points tell no camera: {_ON_A_LINE}")
+            raise CameraError(f"the points determine no camera: {_ON_A_LINE}")
     plain = np.column_stack([a, np.ones(len(a))])
     across = np.column_stack([plain, 0 * plain, -b[:, :1] * plain])
     system = np.concatenate([across, np.column_stack([0 * plain, plain, -b[:, 1:] * plain])])

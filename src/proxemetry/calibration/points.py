@@ -248,7 +248,9 @@ def _with_covariance(mount: Mount, normal: FloatArray, spread: float, count: int
         held = (normal + np.diag([_ANYWHERE**-2] * 6 + [0.0] * 3))[:_PRINCIPAL, :_PRINCIPAL]
         covariance = np.linalg.inv(held) * spread**2
     except np.linalg.LinAlgError as error:
-        raise CameraError("the points tell no camera: take points that span an area, well below the horizon") from error
+        raise CameraError(
+            "the points determine no camera: take points that span an area, well below the horizon"
+        ) from error
     which, scale = np.array([0, 1, 2, 6]), np.array([1.0, 1.0, 1.0, focal_sd])
     block = covariance[np.ix_(which, which)] * scale * scale[:, None]
     # Straight above, roll and heading are one: an angle that is off by more than half a turn is anywhere.

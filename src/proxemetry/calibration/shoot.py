@@ -76,7 +76,7 @@ def told_by_shoot(
     usable = [people[whole(people)] for people in photos]
     kept = [k for k, people in enumerate(usable) if len(people)]
     if len(kept) < LEAST_PHOTOS:
-        raise CameraError(f"{len(kept)} photos show somebody from shoulders to ankles, and it takes {LEAST_PHOTOS}")
+        raise CameraError(f"{len(kept)} photos show a person from shoulders to ankles; {LEAST_PHOTOS} are needed")
     lens = replace(
         Camera.centred(float(max(width, height)), width, height), principal_sd_px=PRINCIPAL_REL_SD * max(width, height),
         focal_rel_sd=_OPEN_LOG_SD,
@@ -111,7 +111,7 @@ def _carried(photos: Sequence[People], lens: Camera, settings: LocateSettings) -
     fits = [_from(people, persons, views, lens, mm * unit, settings) for mm in _STARTS_MM]
     told = [fit for fit in fits if fit is not None]
     if not told:
-        raise CameraError("the people tell no camera: too little of them is seen")
+        raise CameraError("no camera can be determined from the people: too little of them is visible")
     best = min(told, key=lambda fit: fit.cost)
     again = _from(people, persons, views, lens, best.camera.f_px * math.exp(best.shared[3]), settings)
     return again or best, max(1.0, len(people) / int(counts.max()))

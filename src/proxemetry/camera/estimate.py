@@ -69,10 +69,10 @@ class CameraEstimate:
     """The camera chosen for a photo, every candidate, and what is doubtful.
 
     camera is None where no focal length is known; reason then states why and what to do. lens names the lens whose
-    distortion the camera has, and where it is from; None where it has none. mount: what is known of the camera's place
-    before the people are seen, or None. why says what spoke for the chosen candidate; testimony, what the picture and
-    its people were asked, and what they answered. one_perspective: False where the file is known to be put together
-    from several pictures; it is not kept with a scene.
+    distortion is used, and its source; None if there is none. mount: what is known about the camera's place
+    independently of the people, or None. why: the reason for the chosen candidate; testimony: what the picture and
+    its people show. one_perspective: False if the file is known to be composed
+    of several pictures; it is not stored with a scene.
     """
 
     camera: Camera | None

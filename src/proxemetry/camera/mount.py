@@ -48,8 +48,8 @@ class Mount:
     pitch_rad, roll_rad: as in `bodies.Floor`, a positive pitch looks down. height_m: of the camera above the floor.
     covariance: shape (4, 4), of pitch and roll (radians), the logarithm of the height and that of the focal length;
     NaN in the rows and columns of what is unknown. camera: the intrinsics that were found together with the place, or
-    that it was found with; None where it was stated without any. The last of `UNKNOWNS` is known only where `camera`
-    is. size_px: width and height of the photos that it is of, None where it holds for any. source: where it came from.
+    used to find it; None if it was stated without any. The last of `UNKNOWNS` is known only where `camera`
+    is. size_px: width and height of the photos that it applies to, None for any. source: where it came from.
     floor_frame: the user's floor coordinates, where points of the floor were given.
 
     Raises CameraError where a number is not finite, a height not positive, or a covariance no covariance.
@@ -74,7 +74,7 @@ class Mount:
             raise CameraError(f"mount height is {self.height_m:g} m: the camera must be above the floor")
         if self.height_m < _LOWEST_M or self.height_m > _HIGHEST_M or abs(self.roll_rad) > math.radians(360):
             raise CameraError(
-                f"mount height is {self.height_m:g} m, roll {self.roll_rad:g} rad: no camera is so placed"
+                f"mount height is {self.height_m:g} m, roll {self.roll_rad:g} rad: no camera is placed like that"
             )
         if abs(self.pitch_rad) > math.radians(90.001):
             raise CameraError(f"mount pitch is {math.degrees(self.pitch_rad):g} degrees: it must be -90 to 90")
@@ -115,7 +115,7 @@ class Mount:
         height_sd_m: float | None = None, camera: Camera | None = None, size_px: tuple[int, int] | None = None,
         source: str = "stated", floor_frame: FloorFrame | None = None,
     ) -> Mount:  # fmt: skip
-        """Return the mount of independent statements, each with its standard deviation; the lens is known apart."""
+        """Return the mount of independent values, each with its standard deviation; the lens is given separately."""
         height_sd = STATED_HEIGHT_REL_SD if height_sd_m is None or not height_m else height_sd_m / height_m
         sd = [
             value if math.isfinite(stated) else math.nan
@@ -145,7 +145,7 @@ class Mount:
         return self.height_m * float(self.sd[2])
 
     def completed_by(self, other: Mount) -> Mount:
-        """Return the mount with what it does not know of pitch, roll and height from another, told independently."""
+        """Return the mount with its unknown pitch, roll and height taken from another, independent mount."""
         missing = [k for k in other.known.tolist() if k < _N - 1 and k not in self.known]
         if not missing:
             return self
@@ -181,7 +181,7 @@ class Mount:
         return replace(self, covariance=rows)
 
     def check_size(self, width: int, height: int) -> None:
-        """Raise CameraError where the mount is of photos of another size: the place it was found at is not theirs."""
+        """Raise CameraError if the mount belongs to photos of another size."""
         if self.size_px is not None and self.size_px != (width, height):
             raise CameraError(
                 f"the mount is of photos of {self.size_px[0]} x {self.size_px[1]} pixels, this one has {width} x "

@@ -78,14 +78,14 @@ class CameraRow:
         if len(stated) > 1:
             raise CameraError(f"{' and '.join(stated)} state the focal length twice: leave one empty")
         if self.sensor_height_mm is not None and self.sensor_width_mm is None:
-            raise CameraError("sensor_height_mm stands without sensor_width_mm")
+            raise CameraError("sensor_height_mm is given without sensor_width_mm")
         if self.focal_y_px is not None and self.focal_px is None:
-            raise CameraError("focal_y_px stands without focal_px")
+            raise CameraError("focal_y_px is given without focal_px")
         if (self.cx_px is None) != (self.cy_px is None):
             raise CameraError("cx_px and cy_px belong together: give both or none")
         for name, sd_name in _PLACE:
             if getattr(self, sd_name) is not None and getattr(self, name) is None:
-                raise CameraError(f"{sd_name} stands without {name}")
+                raise CameraError(f"{sd_name} is given without {name}")
             if (getattr(self, sd_name) or 0.0) < 0:
                 raise CameraError(f"{sd_name} is {getattr(self, sd_name):g}: a standard deviation is 0 or more")
         _ = self.mount  # raises for what it cannot be

@@ -48,7 +48,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "photos", nargs="+", metavar="PHOTOS", help="photos, folders (searched all the way down), globs"
     )
-    parser.add_argument("--out", required=True, metavar="DIR", help="folder of annotations; made, or gone on with")
+    parser.add_argument("--out", required=True, metavar="DIR", help="folder of annotations; created, or continued")
     parser.add_argument(
         "--pose", default="auto", metavar="NAME",
         help=f"back end that proposes points, as in measure: auto, a name, recorded:FILE, or {NO_POSE} (default: auto)",

@@ -60,7 +60,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--protocol", choices=list(PROTOCOLS), default=DEFAULT_PROTOCOL)
     parser.add_argument("--pose", default="auto", metavar="NAME", help="the back end that finds people in the photos")
     parser.add_argument(
-        "--camera-table", metavar="FILE.csv", help="what is known of the photos' cameras, as in measure"
+        "--camera-table", metavar="FILE.csv", help="what is known about the photos' cameras, as in measure"
     )
     parser.add_argument("--body-size", choices=BODY_SIZES, default="adults", help="KORTE shows adults (the default)")
     parser.add_argument("--out", metavar="DIR", help="keep results, predictions and scores here; needed with --images")
@@ -106,7 +106,7 @@ def _measured(args: argparse.Namespace, settings: dict[str, Settings]) -> dict[s
 
     if not args.out:
         raise SettingsError(
-            "benchmark needs --out DIR here: what is finished is kept there, and a rerun goes on from it"
+            "benchmark needs --out DIR here: what is finished is kept there, and a rerun continues from it"
         )
     pose = f"recorded:{args.keypoints}" if args.keypoints else args.pose
     focal = FocalRequest(camera_table=CameraTable.read(args.camera_table)) if args.camera_table else None

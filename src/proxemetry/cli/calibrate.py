@@ -58,10 +58,13 @@ def configure(parser: argparse.ArgumentParser) -> None:
     people.add_argument("--pose", default="auto", metavar="NAME", help="back end, or recorded:FILE (default: auto)")
     people.add_argument(
         "--fps", type=number, metavar="N",
-        help=f"frames a second of a clip to look at (default: {FPS:g}); of photos: they follow each other like this",
+        help=f"frames a second of a clip to look at (default: {FPS:g}); for photos: the rate at "
+             "which they were taken",
     )  # fmt: skip
     people.add_argument(
-        "--different-people", action="store_true", help="no one is in more than one photo: they count as many people"
+        "--different-people",
+        action="store_true",
+        help="nobody is in more than one photo: count everyone as a different person",
     )
     add_camera_options(parser)
 
@@ -103,7 +106,7 @@ def run(args: argparse.Namespace) -> int:
     print("\n".join([str(out), *lines_of(mount, distances), *notes]))
     drawn = _draw(mount, picture, out, marks)
     if drawn:
-        print(f"look whether grid and horizon lie right: {drawn}")
+        print(f"check that the grid and the horizon fit the picture: {drawn}")
     return DONE
 
 

@@ -31,20 +31,20 @@ def add_camera_options(parser: argparse.ArgumentParser) -> None:
         "--assume-fov",
         type=number,
         metavar="DEG",
-        help="field of view to assume where nothing is known, across the photo's long side",
+        help="field of view to assume where nothing is known, along the photo's long side",
     )
     group.add_argument(
         "--no-assume", action="store_true",
-        help="no distances where the focal length is unknown, instead of a marked guess by published photos",
+        help="no distances where the focal length is unknown, instead of a marked assumption",
     )  # fmt: skip
-    group.add_argument("--camera-table", metavar="FILE", help="CSV of what is known of single photos or cameras")
+    group.add_argument("--camera-table", metavar="FILE", help="CSV of what is known about single photos or cameras")
 
 
 def add_mount_option(parser: argparse.ArgumentParser) -> None:
     """Add the option that names where the camera is."""
     parser.add_argument(
         "--mount", metavar="CAMERA.json",
-        help="where the camera is, of all photos: made by `proxemetry calibrate`, or stated",
+        help="the camera's place, the same in all photos: from `proxemetry calibrate`, or written by hand",
     )  # fmt: skip
 
 

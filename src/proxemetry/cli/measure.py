@@ -54,13 +54,16 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--no-lines", action="store_true", help="do not look at the picture's straight lines")
     parser.add_argument(
         "--same-camera", action="store_true",
-        help="photos without a focal length are of one camera and lens, size by size: the people of all tell it",
+        help="photos of one size without a focal length were taken with one camera and lens: find it "
+             "from the people in all of them",
     )  # fmt: skip
     parser.add_argument(
-        "--no-other-photos", action="store_true", help="each photo for itself: no sensor from others of its model"
+        "--no-other-photos",
+        action="store_true",
+        help="each photo by itself: no sensor size from other photos of the same camera model",
     )
-    parser.add_argument("--no-drone", action="store_true", help="do not believe a drone's file of height and gimbal")
-    parser.add_argument("--no-undistort", action="store_true", help="do not straighten what the lens bent")
+    parser.add_argument("--no-drone", action="store_true", help="ignore the height and gimbal angles in a drone's file")
+    parser.add_argument("--no-undistort", action="store_true", help="do not correct lens distortion")
     add_camera_options(parser)
     add_mount_option(parser)
     _add_output(parser)
@@ -139,7 +142,7 @@ def run(args: argparse.Namespace) -> int:
             )  # fmt: skip
         return _finish(args, outcome)
     except KeyboardInterrupt:
-        raise KeyboardInterrupt("; the same command goes on from there") from None
+        raise KeyboardInterrupt("; the same command continues from there") from None
 
 
 def _job(args: argparse.Namespace) -> Job:

@@ -35,7 +35,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
     fetch = actions.add_parser("fetch", help="fetch networks (those of the best eyes where none is named)")
     fetch.add_argument("names", nargs="*", metavar="NAME", help="a network, or all those of a back end")
     fetch.add_argument("--accept-licence", action="store_true", help="needed where it forbids commercial use")
-    fetch.add_argument("--offline", action="store_true", help="fetch nothing: fail where what is needed is not here")
+    fetch.add_argument(
+        "--offline", action="store_true", help="fetch nothing: fail if something needed is not on this machine"
+    )
     verify = actions.add_parser("verify", help="check hashes (of every file that is here where none is named)")
     verify.add_argument("names", nargs="*", metavar="NAME")
     path = actions.add_parser("path", help="print where a network lies, or the cache folders where none is named")

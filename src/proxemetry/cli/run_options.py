@@ -19,7 +19,7 @@ def add_pose_options(parser: Options) -> None:
         "--pose", default="auto", metavar="NAME", help="back end: auto, a name, or recorded:FILE (default: auto)"
     )
     parser.add_argument(
-        "--effort", default="normal", choices=EFFORTS, help="how hard people are looked for (default: normal)"
+        "--effort", default="normal", choices=EFFORTS, help="how thoroughly people are searched for (default: normal)"
     )
     parser.add_argument(
         "--device", default="cpu", choices=DEVICES, help="what the networks of ONNX back ends run on (default: cpu)"
@@ -56,7 +56,9 @@ def add_run_options(parser: Options) -> None:
         "--jobs", type=int, metavar="N", help="worker processes; default: one a core; 0: none, for debugging"
     )
     parser.add_argument("--restart", action="store_true", help="start over: measure again what the folder already has")
-    parser.add_argument("--offline", action="store_true", help="fetch nothing: fail where a network is not here")
+    parser.add_argument(
+        "--offline", action="store_true", help="fetch nothing: fail if a network is not on this machine"
+    )
 
 
 def require_jobs(args: argparse.Namespace) -> None:

@@ -49,8 +49,10 @@ done; 1 done, but some clips or frames failed; 2 nothing could be done.
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add this command's options."""
     parser.epilog = _EXAMPLES
-    parser.add_argument("clips", nargs="+", metavar="CLIP", help="video files, or folders of pictures in turn")
-    parser.add_argument("--out", required=True, metavar="DIR", help="results folder; of several clips a folder of them")
+    parser.add_argument("clips", nargs="+", metavar="CLIP", help="video files, or folders of consecutive pictures")
+    parser.add_argument(
+        "--out", required=True, metavar="DIR", help="results folder; for several clips, the folder that holds theirs"
+    )
     parser.add_argument(
         "--fps", type=number, default=5.0, metavar="N", help="frames looked at a second, at most (default: 5)"
     )
@@ -66,7 +68,7 @@ def _add_people(parser: argparse.ArgumentParser) -> None:
     add_pose_options(group)
     group.add_argument(
         "--detections", metavar="FILE",
-        help="people found before: boxes as MOT Challenge text (they need --mount), or recorded:FILE of keypoints",
+        help="people found earlier: boxes as MOT Challenge text (they need --mount), or recorded:FILE of keypoints",
     )  # fmt: skip
     add_body_options(group)
 
@@ -75,10 +77,10 @@ def _add_questions(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group("questions")
     group.add_argument(
         "--within", type=number, nargs="+", default=[1.0, 1.5, 2.0], metavar="M",
-        help="distances in metres that are asked about (default: 1 1.5 2)",
+        help="distances in metres to report on (default: 1 1.5 2)",
     )  # fmt: skip
     group.add_argument(
-        "--region", metavar="POLYGON.json", help="part of the floor for densities: corners in metres; default: all"
+        "--region", metavar="POLYGON.json", help="part of the floor for densities, as corners in metres (default: all)"
     )
     group.add_argument(
         "--groups", default="apart", choices=("apart", "ignore"),
@@ -86,7 +88,7 @@ def _add_questions(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     add_pairs_where(group)
     group.add_argument(
-        "--min-event", type=number, default=SHORTEST_S, metavar="S", help="shorter encounters are none (default: 1)"
+        "--min-event", type=number, default=SHORTEST_S, metavar="S", help="ignore shorter encounters (default: 1)"
     )
 
 
@@ -199,7 +201,7 @@ def _one(path: Path, out: str, args: argparse.Namespace, job: Job, wanted: Wante
             print(f"{out}/{annotate(path, found, folder, fps=args.fps, faces=args.faces)}")
         return numbers
     except KeyboardInterrupt:
-        raise KeyboardInterrupt("; the same command goes on from there") from None
+        raise KeyboardInterrupt("; the same command continues from there") from None
 
 
 def _print(numbers: dict[str, Any], args: argparse.Namespace) -> None:

@@ -131,11 +131,11 @@ def analyse(
     In two passes: people are followed, and the stature by all sightings of one goes back into the fit of each.
     """
     cameras = _cameras(folder, measured, wanted)
-    on_progress(Note("placing everybody on one floor"))
+    on_progress(Note("placing everyone on one floor"))
     placed = everybody_placed(folder, measured, cameras, wanted.settings, jobs)
     followed = follow(measured, placed, {k for k, c in cameras.items() if c.mount is not None}, wanted.settings.locate)
     if any(followed.told):
-        on_progress(Note("and again, with one stature a person"))
+        on_progress(Note("placing everyone again, with one stature for each person"))
         again = everybody_placed(folder, measured, cameras, wanted.settings, jobs, followed.told)
         placed, followed = with_statures(measured, followed, placed, again)
     return assembled(measured, wanted, cameras, placed, followed)

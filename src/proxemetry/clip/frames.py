@@ -197,7 +197,9 @@ class PictureFolder:
         """List a folder's pictures; raises ClipError where there is none, or where they are of several sizes."""
         files = sorted((p for p in path.iterdir() if p.suffix.lower() in EXTENSIONS), key=_natural)
         if not files:
-            raise ClipError(f"{path}: no pictures in this folder; name a video file, or a folder of pictures in turn")
+            raise ClipError(
+                f"{path}: no pictures in this folder; name a video file, or a folder of consecutive pictures"
+            )
         photos: list[Photo] = []
         readable: list[Path] = []
         bad: list[str] = []

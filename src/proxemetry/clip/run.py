@@ -132,9 +132,9 @@ def read_run(folder: Folder) -> dict[str, Any]:
     try:
         fields = parse_json(content.decode())
     except ValueError as error:
-        raise OutputError(f"{folder.location}/{RUN_FILE}: damaged ({error}); measure anew with --restart") from error
+        raise OutputError(f"{folder.location}/{RUN_FILE}: damaged ({error}); measure again with --restart") from error
     if not isinstance(fields, dict):
-        raise OutputError(f"{folder.location}/{RUN_FILE}: damaged (no JSON object); measure anew with --restart")
+        raise OutputError(f"{folder.location}/{RUN_FILE}: damaged (no JSON object); measure again with --restart")
     return cast("dict[str, Any]", fields)
 
 

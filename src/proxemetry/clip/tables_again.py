@@ -53,7 +53,7 @@ def _columns(folder: Folder) -> dict[str, list[Column]]:
             rows = attached(folder).execute(f"DESCRIBE {_query(folder, table)}").fetchall()
             found[table] = _meanings(table, {str(row[0]): str(row[1]) for row in rows})
     if not found:
-        raise OutputError(f"{folder.location}: no tables yet; the same `proxemetry video` goes on")
+        raise OutputError(f"{folder.location}: no tables yet; repeat the same `proxemetry video` to continue")
     return found
 
 

@@ -39,11 +39,11 @@ FLOORS = ("shared", "none")
 
 @dataclass(frozen=True)
 class LocateSettings:
-    """What the user states of the people, for all methods.
+    """What the user states about the people, for all methods.
 
     body_size: the population of `anthropometry`; "adults" is half women, half men, "mixed" has children besides,
         with the share `child_weight`.
-    body_sizes: the same for single people by row, None where the run's holds.
+    body_sizes: the same for single people by row, None for the run's.
     statures: of single people by row, metres and their standard deviation, None where unknown: measured, or told by
         other pictures of the same person. floor: "shared" or "none".
     off_floor: rows of people who do not stand on the shared floor.

@@ -33,17 +33,17 @@ class People:
     scores: shape (P, K), 0..1; 0 exactly where the keypoint is NaN.
     boxes_px: shape (P, 4) as x0, y0, x1, y1; around the keypoints where none is given.
     person_scores: shape (P,), 0..1; the mean keypoint score where none is given.
-    heading_rad, heading_sd_rad: shape (P,); where each person's torso faces by the back end itself, NaN
-        where it gives none. 0 faces the viewer, positive turns towards the image's right. It is seen along the line
+    heading_rad, heading_sd_rad: shape (P,); where each person's torso faces according to the back end, NaN
+        if it gives none. 0 faces the viewer, positive turns towards the image's right. It is seen along the line
         of sight: a heading h of a person who stands at azimuth a, to the right of the camera's axis, faces
         (sin(h - a), 0, -cos(h - a)) in the camera frame.
     source: the name of the back end that saw them, for weighing joints (`keypoint_noise`); "" where it is unknown.
     depth_m, depth_sd_m: shape (P,); how far each person is along the camera's axis as another instrument measured it
     (an
         RGB-D camera, a lidar, a metric-depth network), and the standard deviation; NaN where none did. It is the
-        depth of the body's middle: who measures a surface adds what lies between (half a chest's depth, 0.12 m, for
-        a person seen from the front).
-    attributes: of each person, what else the recording states, by key (`attributes.attributes_of`).
+        depth of the body's middle: to a measured surface, add the distance to the middle (half a chest's depth,
+        0.12 m, for a person seen from the front).
+    attributes: what else the recording states about each person, by key (`attributes.attributes_of`).
     rivals: of each person, what else the detector sees in the same place; None where it sees nothing else or does not
         state it.
 

@@ -243,7 +243,7 @@ def _rgb(image: Image.Image, path: Path) -> RGBArray:
     from PIL import Image
 
     if image.mode == "F":
-        raise PhotoError(f"{path}: floating point pixels have no known white; save the photo with 8 or 16 bits")
+        raise PhotoError(f"{path}: floating point pixels have no defined white; save the photo with 8 or 16 bits")
     pixels = np.empty((image.height, image.width, 3), dtype=np.uint8)
     depth = _depth(image)
     step = max(1, _STRIP_PX // image.width)

@@ -34,7 +34,7 @@ _KEPT_BYTES = 36_000_000
 
 @dataclass(frozen=True, eq=False)
 class Photo:
-    """One photo, upright. Pixels are decoded when asked for, at the scale asked for.
+    """One photo, upright. Pixels are decoded on request, at the requested scale.
 
     name: as results call it. width, height: of the upright full-size photo, pixels. sha256: of the file's bytes.
     """

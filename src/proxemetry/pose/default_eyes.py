@@ -95,4 +95,4 @@ def _write_down(name: str) -> None:
         temporary.write_text(json.dumps({"pose": name}) + "\n", encoding="utf-8")
         temporary.replace(folder / _RECORD)
     except (ModelError, OSError) as error:
-        _LOG.warning("the choice of %s could not be written down (%s): it is made anew next time", name, error)
+        _LOG.warning("the choice of %s could not be saved (%s): it is made again next time", name, error)

@@ -33,7 +33,7 @@ class BackgroundWork:
         """Begin; about: what `state` shows besides. SettingsError while one runs."""
         with self._lock:
             if self._thread is not None and self._thread.is_alive():
-                raise SettingsError("this is under way already: wait for it, or stop it")
+                raise SettingsError("this is already running: wait for it, or stop it")
             self._stop, self._started = False, time.monotonic()
             self._state = {"status": "running", **about, "done": 0, "total": 0}
             self._thread = threading.Thread(target=self._run, args=(work,), daemon=True)

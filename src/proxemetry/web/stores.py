@@ -148,7 +148,7 @@ class DropStore:
 
     def export(self) -> list[str]:
         """There is no folder to write to."""
-        raise SettingsError("dropped photos have no results folder: run `proxemetry measure` and review that")
+        raise SettingsError("dropped photos have no results folder: run `proxemetry measure` and review its results")
 
     def save_camera(self, name: str, content: bytes) -> str:
         """There is no folder to write to."""

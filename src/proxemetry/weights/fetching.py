@@ -81,7 +81,8 @@ def _fetch_files(models: Sequence[Model], log: Log, progress: Progress | None) -
         model = waiting[0]
         if not model.sources:
             raise ModelError(
-                f"{model.name}: it may not be handed on ({model.licence}); get it from {model.origin} and run "
+                f"{model.name}: its licence does not allow passing it on ({model.licence}); get it "
+                f"from {model.origin} and run "
                 f"`proxemetry models add FILE --name {model.name}`"
             )
         failures: list[str] = []

@@ -85,9 +85,10 @@ def measure_folder(
 ) -> ResultsFrames:
     """Measure photos, folders or globs into a results folder, as `proxemetry measure` does, and return its tables.
 
-    A folder that an earlier call with the same settings left half done is gone on with. same_camera: the photos that
-    state no focal length are of one camera and lens, size by size: the people of all of them tell it. jobs: worker
-    processes, one a core where None; 0 measures in this process. Raises what `proxemetry.archive.run.run.run` raises.
+    A folder that an earlier call with the same settings left unfinished is continued. same_camera: photos of
+    one size without a focal length were taken with one camera and lens, which is found from the people in all of
+    them. jobs: worker processes, one per core if None; 0 measures in this process. Raises what
+    `proxemetry.archive.run.run.run` raises.
     """
     named = [photos] if isinstance(photos, str | Path) else photos
     if not isinstance(cast(object, pose), str):

@@ -97,7 +97,7 @@ class ActionLog:
         try:
             value = json.dumps(dict(draft.value), sort_keys=True, allow_nan=False)
         except (TypeError, ValueError, RecursionError) as error:
-            raise SettingsError(f"{draft.action}: holds what no log can keep ({error})") from error
+            raise SettingsError(f"{draft.action}: cannot be stored in the log ({error})") from error
         row = (draft.time, draft.who, draft.photo, draft.sha256, draft.action, value)
         try:
             with self._lock:

@@ -153,7 +153,7 @@ class Pool:
             if self._failed_starts >= _STARTS_BEFORE_GIVING_UP:
                 raise ModelError(
                     f"worker processes die while loading the back end {self.job.pose!r} ({how}); "
-                    "`proxemetry doctor` looks into it"
+                    "`proxemetry doctor` shows why"
                 )
         if worker.task is not None:
             self._events.append(WorkerDied(worker.task, how))

@@ -152,7 +152,7 @@ def _told_by_others(schedule: Schedule, listed: Manifest) -> None:
             schedule.workers, schedule.job, folder, listed, schedule.metadata, schedule.on_progress, pool=digest
         )
         if shards:
-            schedule.on_progress(Note("once more over photos of whose cameras the others tell something"))
+            schedule.on_progress(Note("measuring again the photos whose cameras other photos have determined"))
             again.run(shards)
     for _, shoot in sorted(pool.shoots.items()):
         schedule.on_progress(Note(shoot.said))
@@ -234,7 +234,7 @@ def _starting_manifest(
     """Return the manifest to begin with, and what may still come: a resumed run does not wait for the walk."""
     if update is None:
         if listed is None:
-            raise OutputError(f"{folder.location}: no run to go on with there; name the photos to measure")
+            raise OutputError(f"{folder.location}: no run to continue there; name the photos to measure")
         return listed, None
     update.allow()
     if listed is not None and isinstance(named, Search) and named.root == (listed.moved_to or listed.root):
@@ -282,7 +282,7 @@ def _concluded(
         results = Results(folder)
         if not results.tables_are_current(safe_distance_m):
             if len(listed) > _MANY:
-                on_progress(Note("writing the tables: of a million photos it takes minutes"))
+                on_progress(Note("writing the tables; a million photos take minutes"))
             results.write_tables(safe_distance_m)
         fields = results.run
         photos_in = manifest.relative(folder, listed.moved_to or listed.root)

@@ -275,7 +275,9 @@ def require_run(content: Any, path: str) -> dict[str, Any]:
     }  # fmt: skip
     fits = isinstance(content, dict) and all(isinstance(content.get(k, None), kinds[k]) for k in kinds if k in content)
     if not fits or not all(isinstance(value, str) for value in content.get("metadata", {}).values()):
-        raise OutputError(f"{path}: not what a run writes; delete it, and the same `proxemetry measure` makes it again")
+        raise OutputError(
+            f"{path}: not written by a run; delete it, and repeating `proxemetry measure` writes it again"
+        )
     return content
 
 

@@ -105,6 +105,6 @@ def _warn(location: str, types: Types, expected: Types) -> None:
     within = [name for name, kind in expected if name in before and before[name] != kind]
     what = ", ".join([*missing, *(f"some of {name}" for name in within)])
     logging.getLogger("proxemetry").warning(
-        f"{location}: measured by another version of proxemetry; what that did not write is empty"
-        f"{f' ({what})' if what else ''}: measure again with --restart to have it"
+        f"{location}: measured by another version of proxemetry; columns that it did not have are empty"
+        f"{f' ({what})' if what else ''}: measure again with --restart to fill them"
     )

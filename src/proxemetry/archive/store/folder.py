@@ -266,7 +266,7 @@ def _explained(path: str) -> Generator[None]:
 def _refusal(path: str, error: Exception) -> OutputError:
     full = getattr(error, "errno", None) == errno.ENOSPC or "No space left" in str(error)
     if full:
-        return OutputError(f"{path}: no space left; make room and run the same command again to go on")
+        return OutputError(f"{path}: no space left; make room and run the same command again to continue")
     what = getattr(error, "strerror", None) or " ".join(str(error).split())
     in_the_way = next((p for p in Path(path).parents if p.is_file()), None)
     if in_the_way is not None:
