@@ -102,7 +102,7 @@ def test_spreadsheets_of_all_countries_are_read(tmp_path: Path) -> None:
         (",,,50", r"line 2: the row names neither"),
         ("*,,,,,,,,7000", r"focal_y_px is given without focal_px"),
         ("*,,,,,,,7000,,3000", r"cx_px and cy_px belong together"),
-        ("*,,,,,,24", r"sensor_height_mm stands without"),
+        ("*,,,,,,24", r"sensor_height_mm is given without"),
         ("*" + "," * 20 + "1", r"line 2: there are more cells than columns"),
     ],
 )

@@ -53,7 +53,7 @@ def test_verify_without_any_says_how_to_get_them(cache, capsys):
     [
         (["fetch", "nonsense"], "is not in the table"),
         (["fetch", "--offline"], "offline"),
-        (["fetch", "tiny"], "it may not be handed on"),
+        (["fetch", "tiny"], "its licence does not allow passing it on"),
         (["path", "tiny"], "models add FILE"),
         (["add", "/no/such/file"], "no such file"),
     ],

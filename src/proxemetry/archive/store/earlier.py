@@ -81,11 +81,12 @@ def _by_columns(folder: Folder, names: Sequence[str], duck: Any) -> Mapping[Type
 
 def _columns_of(folder: Folder, names: Sequence[str], duck: Any) -> dict[str, Types]:
     """Return every part's columns with DuckDB's types: parts whose schema reads the same are described once."""
-    paths = {folder.path(name): name for name in names}
+    # By the last part of their paths: a store may spell the rest of a URL otherwise.
+    by_base = {name.rpartition("/")[2]: name for name in names}
     rows = duck.execute(
         "SELECT file_name, hash(list(row(name, type, num_children, duckdb_type))) FROM parquet_schema($paths) "
         "GROUP BY file_name",
-        {"paths": list(paths)},
+        {"paths": [folder.path(name) for name in names]},
     ).fetchall()
     described: dict[int, Types] = {}
     found: dict[str, Types] = {}
@@ -93,7 +94,7 @@ def _columns_of(folder: Folder, names: Sequence[str], duck: Any) -> dict[str, Ty
         if digest not in described:
             columns = duck.execute("DESCRIBE SELECT * FROM read_parquet($path)", {"path": path}).fetchall()
             described[digest] = tuple((str(column[0]), str(column[1])) for column in columns)
-        found[paths[path]] = described[digest]
+        found[by_base[path.rpartition("/")[2]]] = described[digest]
     return found
 
 
