@@ -82,7 +82,8 @@ def _archive(root: Path, count: int) -> Folder:
             f"CASE WHEN {number} % 6 < 3 THEN 'none' WHEN {number} % 6 < 5 THEN 'doubtful' ELSE 'sure' END "
             "AS own_focal, "
             f"'Maker' AS camera_make, CASE WHEN {number} % 6 < 3 THEN NULL ELSE 'M' || hash({number}) % 300 END "
-            f"AS camera_model, 160 + 2 * ({number} % 2) AS width_px, 4 + {number} % 3 AS focal_mm) FROM rows "
+            f"AS camera_model, (160 + 2 * ({number} % 2))::INTEGER AS width_px, "
+            f"(4 + {number} % 3)::DOUBLE AS focal_mm) FROM rows "
             f"WHERE {number} <= {count}) TO {quoted(folder.path(parts.name_of(shard)))} "
             "(FORMAT parquet, COMPRESSION zstd)"
         )
