@@ -254,3 +254,9 @@ def test_the_pieces_of_a_line_are_one_and_a_parallel_line_stays_another(
     assert len(found) == 3
     lengths = np.sort(np.hypot(found[:, 2] - found[:, 0], found[:, 3] - found[:, 1]))
     np.testing.assert_allclose(lengths, [40, 200, 200], atol=1e-6)
+
+
+@pytest.mark.parametrize(("aside_px", "segments"), [(0.0, 1), (1.1, 1), (1.3, 2)])
+def test_pieces_are_of_one_line_up_to_a_pixel_and_a_fifth_aside(aside_px: float, segments: int) -> None:
+    pieces = np.array([[100.0, 200, 200, 200], [205, 200 + aside_px, 300, 200 + aside_px]])
+    assert len(_merged(pieces)) == len(_merged(pieces[::-1])) == segments
