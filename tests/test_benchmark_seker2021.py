@@ -15,6 +15,8 @@ import numpy as np
 import pytest
 
 from proxemetry.benchmark import Labels, Prediction, Predictions, read_labels, read_predictions, score, score_files
+from proxemetry.benchmark.seker2021 import _nearest
+from proxemetry.people import skeleton
 
 KORTE = Path(__file__).parent.parent.parent / "shared" / "data" / "korte"
 PARTS = ("Shoulder", "Eyes", "Torso", "Head")
@@ -289,3 +291,23 @@ def test_stated_distances_are_scored_in_place_of_positions():
     assert len(unplaced.by_distances()) == 2  # who has no position is no answer there
     alone = replace(given, distances_mm=None)
     assert alone.by_distances() is alone
+
+
+def test_of_equally_near_points_the_first_wins(tmp_path: Path) -> None:
+    """The published loop compares with <: the parts in its own order, and the annotated people in theirs."""
+    body = [
+        "P0,Shoulder,100,100,a.jpg,1000,800",
+        "P1,Shoulder,300,100,a.jpg,1000,800",
+        "P1,Torso,500,300,a.jpg,1000,800",
+    ]
+    (tmp_path / "body_pixel_locations.csv").write_text("\n".join(body) + "\n")
+    (tmp_path / "ground_truth_locations.csv").write_text("0,C0,0,0,0\n0,P0,0,0,5000\n0,P1,3000,0,5000\n")
+    (tmp_path / "camera_locations_photoshoot_identifiers.csv").write_text("0,C0,a.jpg\n")
+    image = next(iter(read_labels(tmp_path)))
+    person = np.zeros((len(skeleton.PARTS), 2))
+    person[skeleton.PARTS.index("Shoulder")] = 200, 100
+    assert _nearest(person, image) == ("P0", 100.0)
+    person[skeleton.PARTS.index("Torso")] = 500, 400
+    assert _nearest(person, image) == ("P0", 100.0)
+    person[skeleton.PARTS.index("Torso")] = 500, 399
+    assert _nearest(person, image) == ("P1", 99.0)

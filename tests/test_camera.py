@@ -82,3 +82,11 @@ def test_impossible_cameras_are_refused(wrong):
     fields = {"fx": 1.0, "fy": 1.0, "cx": 0.0, "cy": 0.0, "width": 1, "height": 1, **wrong}
     with pytest.raises(CameraError, match=next(iter(wrong))):
         Camera(**fields)
+
+
+@pytest.mark.parametrize("factor", [0.5, 2.0])
+def test_a_resized_photos_principal_point_is_as_unsure_in_its_own_pixels(factor):
+    camera = Camera(900.0, 950.0, 600.0, 500.0, 1280, 960, focal_rel_sd=0.1, principal_sd_px=12.0)
+    resized = camera.resized(round(1280 * factor), round(960 * factor))
+    assert resized.principal_sd_px == pytest.approx(12.0 * factor)
+    assert resized.focal_rel_sd == 0.1 and resized.cx == pytest.approx(600.0 * factor)
