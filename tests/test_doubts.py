@@ -163,6 +163,25 @@ def test_what_people_sit_on_is_no_rival_and_hides_none() -> None:
     assert set(COCO_CLASSES) > COMPANIONS and len(COCO_CLASSES) == 80 and "person" not in COMPANIONS
 
 
+def test_a_screen_that_holds_the_person_shows_one() -> None:
+    around, beside = np.array([-20.0, -20, 160, 260]), np.array([20.0, -20, 160, 260])
+    tv = COCO_CLASSES.index("tv")
+    assert _rivals({tv: 0.1}, around) == Rival("tv", 0.2, shows=True)
+    assert _rivals({tv: 0.1}, beside) is None  # a fifth of the person is beside it
+    assert _rivals({BIRD: 0.1}, around) is None  # a bird shows nobody
+    assert _rivals({tv: 0.5 * LEAST_RATIO - 1e-4}, around) is None
+
+
+@pytest.mark.parametrize(("source", "limit"), [("yolox-tinypose", 0.1), ("my-own", 0.5)])
+def test_a_person_on_a_screen_is_doubtful(source: str, limit: float) -> None:
+    rivals = [Rival("tv", limit - 0.01, True), Rival("tv", limit, True), Rival("tv", limit)]
+    people = _people(3, source=source, rivals=rivals)
+    assert doubts_of(people) == ((), (PersonDoubt.IN_PICTURE,), ())
+    assert in_words(people, 1, doubts_of(people)[1]) == "may be on a screen or in a picture (tv)"
+    kept = people_from_dict(json.loads(json.dumps(people_to_dict(people)))).rivals
+    assert [(r.name, r.shows) for r in kept if r] == [("tv", True), ("tv", True), ("tv", False)]
+
+
 def test_classes_of_other_sets_have_numbers_and_one_class_has_no_rivals() -> None:
     box = np.array([[0.0, 0, 100, 200]])
     (found,) = rivals_of(box, np.array([0.5]), np.array([[0.1, 0.5, 0.4]]), 1, lambda rows: box)

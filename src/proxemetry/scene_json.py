@@ -100,7 +100,10 @@ def people_to_dict(people: People) -> dict[str, Any]:
     if any(people.attributes):
         skeleton["attributes"] = [dict(one) for one in people.attributes]
     if any(people.rivals):
-        skeleton["rivals"] = [None if r is None else [r.name, *_numbers(np.array([r.ratio]))] for r in people.rivals]
+        skeleton["rivals"] = [
+            None if r is None else [r.name, *_numbers(np.array([r.ratio])), *([True] if r.shows else [])]
+            for r in people.rivals
+        ]
     return {**skeleton, **{name: _numbers(getattr(people, name)) for name in arrays}}
 
 

@@ -12,6 +12,7 @@ from enum import StrEnum
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import FloatArray
 from .duplicates import possible_duplicates
 from .people import People
 
@@ -22,6 +23,7 @@ class PersonDoubt(StrEnum):
     POSSIBLE_DUPLICATE = "possible_duplicate"
     OTHER_CLASS = "other_class"
     NO_UPPER_BODY = "no_upper_body"
+    IN_PICTURE = "in_picture"
 
     @property
     def words(self) -> str:
@@ -33,12 +35,15 @@ _WORDS = {
     PersonDoubt.POSSIBLE_DUPLICATE: "may be another person seen twice",
     PersonDoubt.OTHER_CLASS: "may be another kind of thing",
     PersonDoubt.NO_UPPER_BODY: "legs without a body above",
+    PersonDoubt.IN_PICTURE: "may be on a screen or in a picture",
 }
 
 
 #: A thing that scores at least this part of the person's score in the same place makes a person doubtful, by back end;
 #: of other back ends one that scores as much as the person does.
 LEAST_RIVALS = {"yolox-tinypose": 0.2}
+#: The same of things that show people and hold the person, by back end; of others half of the person's score.
+LEAST_SCREENS = {"yolox-tinypose": 0.1}
 #: Legs without a body above: the joints of head and shoulders score this part of those from the hips down, or less.
 MOST_UPPER = 0.2
 _UPPER = ("nose", "left_eye", "right_eye", "left_ear", "right_ear", "left_shoulder", "right_shoulder")
@@ -51,8 +56,9 @@ def doubts_of(people: People) -> tuple[tuple[PersonDoubt, ...], ...]:
     """Return the reasons of each person, in the order of `PersonDoubt`; none for most."""
     found = {
         PersonDoubt.POSSIBLE_DUPLICATE: possible_duplicates(people),
-        PersonDoubt.OTHER_CLASS: _other_class(people),
+        PersonDoubt.OTHER_CLASS: _rivalled(people, False) >= LEAST_RIVALS.get(people.source, 1.0),
         PersonDoubt.NO_UPPER_BODY: _no_upper_body(people),
+        PersonDoubt.IN_PICTURE: _rivalled(people, True) >= LEAST_SCREENS.get(people.source, 0.5),
     }
     return tuple(tuple(doubt for doubt, rows in found.items() if rows[i]) for i in range(len(people)))
 
@@ -61,13 +67,13 @@ def in_words(people: People, person: int, reasons: Sequence[PersonDoubt]) -> str
     """Return a person's doubts to be read; what else the detector sees is named."""
     rival = people.rivals[person]
     named = f" ({rival.name})" if rival is not None else ""
-    return ", ".join(d.words + (named if d is PersonDoubt.OTHER_CLASS else "") for d in reasons)
+    of_rival = (PersonDoubt.OTHER_CLASS, PersonDoubt.IN_PICTURE)
+    return ", ".join(doubt.words + (named if doubt in of_rival else "") for doubt in reasons)
 
 
-def _other_class(people: People) -> NDArray[np.bool_]:
-    """Return in whose place the detector sees another thing nearly as surely as a person, shape (P,)."""
-    ratios = np.array([0.0 if rival is None else rival.ratio for rival in people.rivals], dtype=float)
-    return ratios >= LEAST_RIVALS.get(people.source, 1.0)
+def _rivalled(people: People, shows: bool) -> FloatArray:
+    """Return the ratios of the rivals of one sort, those that show people or those in their place, 0 without, (P,)."""
+    return np.array([r.ratio if r is not None and r.shows is shows else 0.0 for r in people.rivals], dtype=float)
 
 
 def _no_upper_body(people: People) -> NDArray[np.bool_]:

@@ -38,6 +38,12 @@ SAME_PLACE = 0.7
 LEAST_RATIO = 0.05
 
 
+#: What shows people who are not there: one that lies inside of it may be on a screen, a poster or a page.
+SHOWING = ("tv", "laptop", "cell phone", "book", "microwave", "oven", "refrigerator")
+#: So much of a person's box lies inside such a thing: frames cut feet and elbows, and boxes are not exact.
+INSIDE = 0.85
+
+_SHOWING = [COCO_CLASSES.index(name) for name in SHOWING]
 _COMPANIONS = [row for row, name in enumerate(COCO_CLASSES) if name in COMPANIONS]
 
 
@@ -47,7 +53,7 @@ def rivals_of(
 ) -> tuple[Rival | None, ...]:  # fmt: skip
     """Return of each of R boxes of people (R, 4) the other class that scores highest in its place, None without any.
 
-    Of COCO's classes `COMPANIONS` do not count.
+    Of COCO's classes `COMPANIONS` do not count, and `SHOWING` do that hold the whole person.
     scores: shape (R,), of the people. class_scores: shape (N, C), what every cell of the network gives every class;
     boxes_of returns the boxes (M, 4) of M cells by their rows, in the coordinates of boxes_px. least: boxes of lower
     scores get None.
@@ -58,19 +64,43 @@ def rivals_of(
         return tuple(next(found) if one else None for one in asked.tolist())
     if not len(boxes_px) or class_scores.shape[1] < 2:
         return (None,) * len(boxes_px)
-    others = class_scores.copy()
     of_coco = class_scores.shape[1] == len(COCO_CLASSES) and person == 0
-    others[:, [person, *(_COMPANIONS if of_coco else ())]] = 0.0
-    best = others.max(axis=1)
+    without = {person, *(_COMPANIONS if of_coco else ())}
+    columns = [column for column in range(class_scores.shape[1]) if column not in without]
+    named = [COCO_CLASSES[column] if of_coco else f"class {column}" for column in columns]
+    there = _strongest(boxes_px, scores, class_scores[:, columns], boxes_of, _in_the_same_place)
+    rivals = [Rival(named[k], ratio) if ratio >= LEAST_RATIO else None for k, ratio in there]
+    if of_coco:
+        around = _strongest(boxes_px, scores, class_scores[:, _SHOWING], boxes_of, _inside)
+        for row, (k, ratio) in enumerate(around):
+            other = rivals[row]
+            if ratio >= LEAST_RATIO and (other is None or ratio > other.ratio):
+                rivals[row] = Rival(SHOWING[k], ratio, shows=True)
+    return tuple(rivals)
+
+
+def _strongest(
+    boxes_px: FloatArray, scores: FloatArray, class_scores: NDArray[np.floating],
+    boxes_of: Callable[[NDArray[np.intp]], FloatArray], meets: Callable[[FloatArray, FloatArray], NDArray[np.bool_]],
+) -> list[tuple[int, float]]:  # fmt: skip
+    """Return each person's column and ratio of the class that scores highest in a box that meets the person's."""
+    best = class_scores.max(axis=1)
     rows = np.flatnonzero(best >= LEAST_RATIO * max(float(scores.min()), 1e-6))
     if not len(rows):
-        return (None,) * len(boxes_px)
-    same = np.nan_to_num(pairwise_iou(boxes_px, boxes_of(rows))) >= SAME_PLACE
-    there = np.where(same, best[rows], 0.0)
+        return [(0, 0.0)] * len(boxes_px)
+    there = np.where(meets(boxes_px, boxes_of(rows)), best[rows], 0.0)
     strongest = there.argmax(axis=1)
     ratios = there[np.arange(len(there)), strongest] / np.maximum(scores, 1e-6)
-    names = others[rows[strongest]].argmax(axis=1)
-    return tuple(
-        Rival(COCO_CLASSES[name] if of_coco else f"class {name}", float(ratio)) if ratio >= LEAST_RATIO else None
-        for name, ratio in zip(names.tolist(), ratios.tolist(), strict=True)
-    )
+    return list(zip(class_scores[rows[strongest]].argmax(axis=1).tolist(), ratios.tolist(), strict=True))
+
+
+def _in_the_same_place(people: FloatArray, others: FloatArray) -> NDArray[np.bool_]:
+    return np.nan_to_num(pairwise_iou(people, others)) >= SAME_PLACE
+
+
+def _inside(people: FloatArray, others: FloatArray) -> NDArray[np.bool_]:
+    """Return which people (R, 4) lie inside of which boxes (M, 4), shape (R, M)."""
+    wide = np.minimum(people[:, 2, None], others[:, 2]) - np.maximum(people[:, 0, None], others[:, 0])
+    high = np.minimum(people[:, 3, None], others[:, 3]) - np.maximum(people[:, 1, None], others[:, 1])
+    areas = np.maximum((people[:, 2:] - people[:, :2]).prod(axis=1), 1e-9)
+    return np.maximum(wide, 0.0) * np.maximum(high, 0.0) >= INSIDE * areas[:, None]
