@@ -321,7 +321,7 @@ def test_what_is_missing_is_told_before_the_score(tab: Tab, project: Project) ->
     page.wait_for_selector(".verdict.problem")
     assert "shoot 0 has no P7" in page.locator(".faults").inner_text()
     page.click("#run")
-    page.wait_for_function("() => document.querySelector('#main').textContent.includes('has no P7, whom')")
+    page.wait_for_function("() => document.querySelector('#main').textContent.includes('has no P7, who is')")
     page.evaluate("location.hash = '#/photo/0'")
     page.wait_for_selector("g.point")
     kept(tab, "i")

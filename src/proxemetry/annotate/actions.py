@@ -154,7 +154,7 @@ def _set_point(notes: PhotoNotes, value: Value) -> PhotoNotes:
 
 
 def _name_person(notes: PhotoNotes, value: Value) -> PhotoNotes:
-    """Name a person; whoever had that name on this photo is unnamed again, since nobody is there twice."""
+    """Name a person; another person with that name on this photo becomes unnamed, since nobody is on a photo twice."""
     tag = None if value.get("tag") is None else _tag(value["tag"], _PERSON)
     freed = tuple(replace(p, tag=None) if tag is not None and p.tag == tag else p for p in notes.people)
     return _with_person(replace(notes, people=freed), value, lambda p: replace(p, tag=tag))

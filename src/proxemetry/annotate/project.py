@@ -31,7 +31,7 @@ from .state import Annotations, PhotoNotes
 LOG_FILE = "annotations.sqlite"
 #: What stands for no back end: every point is clicked.
 NO_POSE = "none"
-#: What an action on photos may hold for, told by one of them.
+#: Which photos an action applies to, given one of them.
 SCOPES: dict[str, Callable[[OwnPhoto, OwnPhoto], bool]] = {
     "photo": lambda one, other: one is other,
     "folder": lambda one, other: one.folder == other.folder,
@@ -157,7 +157,7 @@ class Project:
         return max(used)
 
     def propose(self, identity: int) -> None:
-        """Let the back end look at a photo and take in whom it finds, once; raises what back ends raise."""
+        """Run the back end on a photo and add the people that it finds, once; raises what back ends raise."""
         photo = self.photo(identity)
         with self._looking:  # one photo after the other: a network uses all cores
             if self.pose == NO_POSE or self.notes(identity).proposed is not None:

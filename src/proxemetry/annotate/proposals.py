@@ -1,4 +1,4 @@
-"""Points to begin with: the people whom a pose back end finds on a photo, as the benchmark's four parts."""
+"""Starting points: the people that a pose back end finds on a photo, as the benchmark's four parts."""
 
 from __future__ import annotations
 

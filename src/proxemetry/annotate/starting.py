@@ -26,7 +26,7 @@ from .state import Annotations, Person, PhotoNotes
 
 #: The file that holds what was read, with the points as they are now.
 COCO_FILE = "coco_keypoints.json"
-#: Attributes by which a file says who somebody is, as P3.
+#: Attributes that may name a person, as P3.
 _NAMES = ("person", "tag", "name", "id")
 _TAG = re.compile(r"P(0|[1-9]\d{0,2})")
 _MM = 1000.0

@@ -85,7 +85,7 @@ def _someone_has_no_point(points: FloatArray) -> bool:
 
 
 def _tags_after_duplicates(points: FloatArray, image: LabelImage) -> list[str | None]:
-    """Return whom each detection shows, later claimants taken out of the list."""
+    """Return the person that each detection shows, without later claimants."""
     claims = [_nearest(person, image) for person in points]
     best: dict[str | None, int] = {}
     for k, (tag, distance) in enumerate(claims):

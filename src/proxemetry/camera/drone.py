@@ -20,7 +20,7 @@ SOURCE = "the drone's file"
 
 
 def flight_mount(flight: Flight | None) -> Mount | None:
-    """Return what a file's flight data say of the camera's place, None where nothing that can be.
+    """Return the camera's place from a file's flight data, None where they have none that is possible.
 
     Pitch, roll and height may each be missing. The height is the one above the start: where people stand higher or
     lower, they contradict it, and are heard.

@@ -31,7 +31,7 @@ class CropRange:
 
 @dataclass(frozen=True)
 class SameModel:
-    """What photos of one model say in their files, none of them doubtful. crops: by focal length, rising."""
+    """What the files of photos of one camera model record, without doubtful ones. crops: by focal length, rising."""
 
     make: str
     model: str

@@ -42,7 +42,7 @@ _GRID: FloatArray = np.linspace(math.log(8.0), math.log(800.0), 461)  # log 35 m
 
 @dataclass(frozen=True, eq=False)
 class _Evidence:
-    """What one kind of evidence says of `_GRID`'s focal lengths: its likelihood (G,), about 1.
+    """How probable one kind of evidence makes `_GRID`'s focal lengths: its likelihood (G,), about 1.
 
     trust: how far it is believed. candidate: what it says by itself. testimony: the same in words.
     """

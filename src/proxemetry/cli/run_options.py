@@ -28,7 +28,7 @@ def add_pose_options(parser: Options) -> None:
 
 
 def pose_options(args: argparse.Namespace) -> PoseOptions:
-    """Return what the options say of the back end."""
+    """Return the options of the back end."""
     return PoseOptions(effort=args.effort, offline=args.offline, device=args.device, flip=args.flip)
 
 

@@ -49,7 +49,7 @@ def require_encoder() -> str:
 
 def annotate(path: Path, found: Analysis, folder: Folder, *, fps: float, faces: str = "blur") -> str:
     """Write the annotated clip into the folder and return its name."""
-    os.environ.setdefault("SVT_LOG", "1")  # the encoder's own report of its settings is nobody's news
+    os.environ.setdefault("SVT_LOG", "1")  # without the encoder's own report of its settings
     import av
 
     name = require_encoder()

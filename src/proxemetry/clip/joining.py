@@ -66,7 +66,7 @@ def _pairs(evidence: FloatArray, appeared: int, area_time_m2_s: float) -> dict[i
     """Return which chain follows which, given how many of them begin amid the picture.
 
     How often people appear there is read off the clip: those that begin and follow no other, per area and second. In an
-    alley that is hardly ever; before a door it is as often as somebody is hidden for a moment.
+    alley that is hardly ever; before a door it happens as often as a person is hidden for a moment.
     """
     found: dict[int, int] = {}
     for _ in range(_ROUNDS):

@@ -18,7 +18,7 @@ from .people import People
 
 
 class PersonDoubt(StrEnum):
-    """Why somebody may be no person of the photo."""
+    """Why a detection may be no person in the photo."""
 
     POSSIBLE_DUPLICATE = "possible_duplicate"
     OTHER_CLASS = "other_class"

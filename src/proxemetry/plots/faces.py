@@ -1,4 +1,4 @@
-"""Pixelating heads, found from our own keypoints: whom the pose back end did not find stays recognisable."""
+"""Pixelating heads, found from the keypoints: a person whom the pose back end missed stays recognisable."""
 
 from __future__ import annotations
 

@@ -71,7 +71,7 @@ class CrossCheckedRecording(CrossChecked):
 
 
 def cross_checked(first: PoseBackend, second: PoseBackend) -> CrossChecked:
-    """Return the back end of those of the first's people whom the second confirms."""
+    """Return the back end of the first one's people that the second one confirms."""
     replays = isinstance(first, Recording) or isinstance(second, Recording)
     return (CrossCheckedRecording if replays else CrossChecked)(first, second)
 

@@ -113,7 +113,7 @@ BACKENDS: dict[str, Entry] = {
         "paper.yolov4_openpose:open_published", _PAPER_MODELS, "cv2", "the same with all that the authors' code does"
     ),
     "cross-check": Entry(
-        "cross_check:open_backend", (), "", "cross-check:A+B keeps those of A whom B sees too", takes=_ANY
+        "cross_check:open_backend", (), "", "cross-check:A+B keeps A's people that B finds too", takes=_ANY
     ),
     "recorded": Entry("recorded:open_backend", (), "", "recorded:FILE replays a keypoint file or folder"),
     "python": Entry("callables:open_backend", (), "", "python:MODULE:FUNCTION calls your own detector"),

@@ -5,7 +5,7 @@ from __future__ import annotations
 from ..people.doubts import PersonDoubt
 from ..scene import Scene
 
-#: The column of people, and what stands there where nothing speaks against a person.
+#: The column of people, and its value if nothing speaks against a person.
 DOUBT, NO_DOUBT = "doubt", "none"
 #: Between several reasons.
 _AND = "+"

@@ -118,7 +118,7 @@ def photo_view(project: Project, identity: int) -> dict[str, Any]:
 
 
 def _from_one_place(before: PhotoNotes, notes: PhotoNotes) -> bool:
-    """Whether people stand on a photo from left to right as on an earlier one, on which somebody is named."""
+    """Whether people stand on a photo from left to right as on an earlier one, on which people are named."""
     return bool(before.named) and (before.shoot, before.camera) == (notes.shoot, notes.camera)
 
 

@@ -14,7 +14,7 @@ TAPE_SD_M = 0.01
 SPOT_SD_M = 0.01
 #: What a tape can be used for, and a coordinate be: beyond it units were mixed up.
 SHORTEST_M, LONGEST_M, FARTHEST_M = 0.01, 1000.0, 10_000.0
-#: Marks of one shoot: more than anybody tapes, and what is solved while somebody waits.
+#: Marks of one shoot: more than anyone tapes, and few enough to solve while the user waits.
 MOST_TAGS = 40
 
 

@@ -70,7 +70,7 @@ class Shoot:
         return cls(told, fields["said"], np.asarray(cv2.imdecode(png, cv2.IMREAD_GRAYSCALE), dtype=np.uint8))
 
     def of(self, photo: Photo) -> SameShoot | None:
-        """Return what it tells of a photo: the camera's place only where the photo shows the same background."""
+        """Return what it determines of a photo: the camera's place only where the photo shows the same background."""
         if self.told is None or self.told.mount is None:
             return self.told
         same = self.told.mount.size_px == (photo.width, photo.height) and self.background is not None

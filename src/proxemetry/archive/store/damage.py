@@ -20,7 +20,7 @@ from ...tables import TABLES
 from .folder import RUN_FILE, Folder
 from .identity import MODELS, SETTINGS, SETTINGS_SHA256, VERSION
 
-#: Key of a part's metadata, and what stands there until the file is whole.
+#: Key of a part's metadata, and its value until the file is complete.
 DIGEST, BLANK = "proxemetry_sha256", "0" * 64
 #: Thrift's compact protocol: a text (0x18) of 64 bytes (0x40) follows the key.
 _BEFORE_DIGEST = DIGEST.encode() + b"\x18\x40"

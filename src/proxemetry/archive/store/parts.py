@@ -107,7 +107,7 @@ def _of_file(file: FileState | None) -> dict[str, int | None]:
 
 
 class OwnFocal(StrEnum):
-    """What a photo tells of its focal length by itself, before other photos are asked."""
+    """What a photo shows about its focal length by itself, before other photos are used."""
 
     STATED = "stated"
     SURE = "sure"

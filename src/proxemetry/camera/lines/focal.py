@@ -52,7 +52,7 @@ class FocalFromLines:
 
 @dataclass(frozen=True, eq=False)
 class FocalProfile:
-    """What segments say of every focal length: log f in diagonals, rising, and the log likelihood, both (G,).
+    """How probable segments make every focal length: log f in diagonals, rising, and the log likelihood, both (G,).
 
     trust: the probability that what they show is gravity's frame; the likelihood counts with that. one_direction:
     whether level lines run along one direction alone, so that a level camera's focal length stays open.
@@ -104,7 +104,7 @@ def read_focal(segments_px: ArrayLike, width: int, height: int) -> FocalFromLine
 def focal_profile(
     segments_px: ArrayLike, width: int, height: int, centre_sd_px: float = 0.0
 ) -> FocalProfile | str:  # fmt: skip
-    """Return what straight segments (N, 4) say of every focal length, or why they say nothing.
+    """Return how probable straight segments (N, 4) make every focal length, or why they do not.
 
     centre_sd_px: how far the principal point may be from the middle, beyond what it is in any photo.
     """

@@ -36,7 +36,7 @@ _SOUGHT_SD = 0.1
 
 @dataclass(frozen=True, eq=False)
 class Pooled:
-    """What the people of many photos say of their one camera.
+    """What the people of many photos show about their one camera.
 
     camera: what log focal length and principal point are relative to. shared: shape (N_SHARED,), of the first view.
     covariance: shape (N_SHARED, N_SHARED), if everybody is another person; its first three rows are NaN where there is

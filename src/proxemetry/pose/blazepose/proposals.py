@@ -30,7 +30,7 @@ _HIPS_OF_HALF = 0.9
 _SLIM = 2.5
 # The second try at such a body shows more around it.
 _WIDE = 1.6
-# A person whom the photo's side cuts may look slim and be half a body.
+# A person cut by the photo's side may look slim and be half a body.
 _AT_EDGE_PX = 2.0
 # A face's box is about 1/4.3 of the way from hips to the circle's edge above the head (METHOD section 4: face height
 # .12 of a stature of 1.7 m; hips .9 m below the crown); the same figure as in the measured prototype.
