@@ -256,6 +256,6 @@ def test_the_command_takes_them(photos: Path, capsys: pytest.CaptureFixture[str]
     code = main(["annotate", str(photos), "--out", out, "--pose", "none", "--labels", path, "--check"])
     said = capsys.readouterr()
     assert code == 1  # nobody has a place yet
-    assert "2 people on 1 photos without labels yet" in said.err
+    assert "2 people read, on 1 photos" in said.err
     assert main(["annotate", str(photos), "--out", out, "--labels", str(photos / "none.json"), "--check"]) == 2
     assert issubclass(KeypointsError, ProxemetryError) and issubclass(SettingsError, ProxemetryError)

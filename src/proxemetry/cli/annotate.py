@@ -85,7 +85,7 @@ def run(args: argparse.Namespace) -> int:
             print(f"proxemetry: left out: {why}", file=sys.stderr)
         if args.labels:
             photos, people = project.start_from(args.labels)
-            print(f"{args.labels}: {people} people on {photos} photos without labels yet", file=sys.stderr)
+            print(f"{args.labels}: {people} people read, on {photos} photos without annotations", file=sys.stderr)
         if args.check and _check(project):
             return SOME_FAILED
         if args.score:

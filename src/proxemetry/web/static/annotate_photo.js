@@ -115,7 +115,7 @@ export class PhotoView extends KeptChanges {
     else if (fields.skipped) text = "This photo is left out of the benchmark.";
     else if (person && state.part) text = `${state.part} of ${who}: drag it, or use the arrow keys. V: not visible.`;
     else if (person && person.tag === null) text = "Who is it? Press a digit for P0 to P9, or N.";
-    else if (unnamed) text = `${unnamed === 1 ? "One person has" : `${unnamed} people have`} no name yet: choose each and press a digit, or X for who was not measured.`;
+    else if (unnamed) text = `${unnamed === 1 ? "One person has" : `${unnamed} people have`} no name yet: choose each and press a digit, or X to remove a person who was not measured.`;
     else if (!fields.people.length && (fields.proposed !== null || this.about.pose === "none")) text = "Nobody yet. Press A and click the points of a person.";
     this.notice(text);
   }

@@ -46,7 +46,7 @@ export class Side {
 
   rules() {
     const { state, about } = this.view;
-    const [title, rules] = state.part ? [PART_TITLES[state.part], about.rules.parts[state.part]] : ["Whom to annotate", about.rules.people];
+    const [title, rules] = state.part ? [PART_TITLES[state.part], about.rules.parts[state.part]] : ["People to annotate", about.rules.people];
     return html("section", { class: "rules" }, html("h2", { text: title }), html("ul", {}, rules.map((text) => html("li", { text }))));
   }
 
