@@ -27,24 +27,25 @@ def rows_of(
     """Return the rows of parts as SQL to select from, with the columns of `structure`.
 
     names: of the parts in the folder, at least one. structure: that of one row, as DuckDB's `from_json` takes it. only:
-    those of `AS_EVER` that are wanted, which need no conversion. with_names: with their `filename`. duck: a DuckDB
+    those of `AS_EVER` that are wanted, which are read as they are. with_names: with their `filename`. duck: a DuckDB
     cursor to use, where this is not the only thread.
     """
+    if only:  # the other columns are not looked at, whatever they are
+        columns = [*only, "filename"] if with_names else only
+        return f"(SELECT {', '.join(columns)} FROM {_read(folder, names, with_names)})"
     groups = _by_columns(folder, names, attached(folder) if duck is None else duck)
-    name = ["filename"] if with_names else []
-    if len(groups) == 1 and (only or _expected(structure) in groups):
+    expected = _expected(structure)
+    if list(groups) == [expected]:
         return _read(folder, names, with_names)
     queries: list[str] = []
     for types, alike in groups.items():
         source = _read(folder, alike, with_names)
-        if only:
-            queries.append(f"SELECT {', '.join([*only, *name])} FROM {source}")
-        elif types == _expected(structure):
+        if types == expected:
             queries.append(f"SELECT * FROM {source}")
         else:
-            _warn(folder.location, types, _expected(structure))
+            _warn(folder.location, types, expected)
             row = f"unnest(from_json(to_json(part), {quoted(structure)}), max_depth := 1)"
-            queries.append(f"SELECT {', '.join([row, *name])} FROM {source} AS part")
+            queries.append(f"SELECT {row}{', filename' if with_names else ''} FROM {source} AS part")
     return f"({' UNION ALL BY NAME '.join(queries)})"
 
 
