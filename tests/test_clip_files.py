@@ -210,3 +210,17 @@ def test_people_of_pictures_minutes_apart_count_as_no_more_than_one_picture_show
 def test_a_folder_without_pictures_is_one_line(tmp_path):
     with pytest.raises(ClipError, match="no pictures in this folder"):
         open_clip(tmp_path, 5.0)
+
+
+def test_a_camera_that_moves_all_the_time_is_no_zero(tmp_path, capsys):
+    filmed(tmp_path / "pan.avi", [np.ascontiguousarray(np.roll(picture(1), 12 * k, axis=1)) for k in range(10)])
+    clips.recorded(tmp_path / "k.json", names("pan.avi", np.arange(10) * STEP), clips.walkers(10, STEP))
+    clips.mount().write(tmp_path / "camera.json")
+    out = tmp_path / "out"
+    assert run(tmp_path, "pan.avi", "k.json", out, "--mount", str(tmp_path / "camera.json")) == 0
+    said = capsys.readouterr().out
+    assert "nobody was followed for 2.0 of 2.0 s" in said and "within 1 m" not in said
+    numbers = json.loads((out / "summary.json").read_text())
+    assert (numbers["people_at_least"], numbers["people_at_most"]) == (4, 40)
+    assert numbers["seconds_not_followed"] == pytest.approx(numbers["seconds"])
+    assert "unknown, not zero" in (out / "report.html").read_text()

@@ -215,11 +215,12 @@ def _print(numbers: dict[str, Any], args: argparse.Namespace) -> None:
     if moved:
         often = "once" if len(moved) == 1 else f"{len(moved)} times"
         print(f"  the camera was moved {often}; see the column shot of frames.csv")
-    key, words = ("pair_seconds_apart", "not of one group") if args.groups == "apart" else ("pair_seconds", "all pairs")
-    for limit, found in numbers["within_m"].items():
-        value = found[key]
+    kind, words = ("_apart", "not of one group") if args.groups == "apart" else ("", "all pairs")
+    limits = numbers["within_m"] if numbers["seconds_not_followed"] < numbers["seconds"] else {}
+    for limit, found in limits.items():
+        value = found[f"pair_seconds{kind}"]
         print(
             f"  within {limit} m, {words}: {value['seconds']:.1f} s [{value['low_s']:.1f}, {value['high_s']:.1f}], "
-            f"{found['events']} encounters"
+            f"{found[f'events{kind}']} encounters"
         )
     print(f"written to {args.out}: tables, summary.json, report.html")

@@ -168,8 +168,16 @@ def _head(numbers: Mapping[str, Any], run: Mapping[str, Any]) -> str:
     return (
         f"<header><p class='brand'>proxemetry</p><h1>{escape(str(numbers['clip']))}</h1><p>Who was how near to whom, "
         f"and for how long: proxemetry {escape(str(run.get('version', '')))}, people found by "
-        f"{escape(str(run.get('pose', '')))}.</p><div class='tiles'>{tiles}</div></header>"
+        f"{escape(str(run.get('pose', '')))}.</p>{_not_followed(numbers)}<div class='tiles'>{tiles}</div></header>"
     )
+
+
+def _not_followed(numbers: Mapping[str, Any]) -> str:
+    lost = numbers["seconds_not_followed"]
+    return "" if not lost else (
+        f"<p><strong>For {lost:.1f} of {numbers['seconds']:.1f} s the camera moves, or its pictures cannot be "
+        "compared: nobody is followed then, and near whom people were is unknown, not zero.</strong></p>"
+    )  # fmt: skip
 
 
 def _floor(found: Analysis, data: Mapping[str, Any]) -> str:

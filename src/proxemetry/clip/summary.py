@@ -65,7 +65,8 @@ def summary(found: Analysis, sums: Sums, clip: str) -> dict[str, Any]:
         "schema": "proxemetry.clip/1", "clip": clip, "seconds": float(step.sum()), "n_frames": len(found.frames),
         "n_frames_failed": int((~ok).sum()), "width_px": found.measured.width_px, "height_px": found.measured.height_px,
         "pairs_where": None if found.wanted.where is None else str(found.wanted.where),
-        "n_tracks": seen, "people_at_least": at_once, "people_at_most": seen,
+        "n_tracks": seen, "people_at_least": at_once, "people_at_most": seen + _unfollowed(found),
+        "seconds_not_followed": _seconds_not_followed(found),
         "n_groups": len({p.group for p in found.people if _size(found, p.group) > 1}),
         "people_bound": "tracks count a person twice who leaves and comes back, so there were at most so many people, "
         "and at least as many as were there at one time",
@@ -77,10 +78,25 @@ def summary(found: Analysis, sums: Sums, clip: str) -> dict[str, Any]:
     })  # fmt: skip
 
 
+def _unfollowed(found: Analysis) -> int:
+    """Return how many people were seen in frames of moving cameras: each may be another."""
+    return sum(f.n_people for f in found.frames if found.measured.shots[f.shot].moving)
+
+
+def _seconds_not_followed(found: Analysis) -> float:
+    moving = np.array([found.measured.shots[f.shot].moving for f in found.frames], dtype=bool)
+    return float(found.weight_s[moving].sum())
+
+
 def _notes(found: Analysis) -> list[str]:
     where = found.wanted.where
     only = [] if where is None else [f"only people recorded as {where} count in pairs, and pairs of two such people"]
-    return [*found.measured.notes, *only]
+    lost = _seconds_not_followed(found)
+    unseen = [] if not lost else [
+        f"nobody was followed for {lost:.1f} of {float(found.weight_s.sum()):.1f} s: near whom people were then is "
+        "unknown, and not in these numbers"
+    ]  # fmt: skip
+    return [*found.measured.notes, *only, *unseen]
 
 
 def _size(found: Analysis, group: int) -> int:
