@@ -216,8 +216,9 @@ class Scene:
             return _scene_from_dict(fields)
         except (KeyError, ValueError, TypeError, AttributeError, ProxemetryError) as error:
             why = f"{error} is missing" if isinstance(error, KeyError) else str(error)
+            whose = f"the scene of {fields['photo']!r}" if fields.get("photo") else "a scene"
             raise OutputError(
-                f"the scene of {fields.get('photo')!r} was written by another version of proxemetry, or is damaged "
+                f"{whose} was written by another version of proxemetry, or is damaged "
                 f"({why}); measure the photo again: for a results folder, `proxemetry measure` with --restart"
             ) from error
 
