@@ -74,6 +74,8 @@ def measure(
     backend = _backend(pose, settings.method)
     people = backend.detect(photo)
     lines = PictureLines(photo, people) if settings.lines and len(people) else None
+    if lines is not None:
+        people = replace(people, framed=lines.people_in_frames())
     estimate = _estimate(photo, people, camera or _recorded_camera(backend, photo, settings), settings, lines, others)
     if settings.drone and settings.method == Settings().method:
         estimate = with_flight(estimate, photo, settings.mount)

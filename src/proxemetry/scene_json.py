@@ -104,6 +104,8 @@ def people_to_dict(people: People) -> dict[str, Any]:
             None if r is None else [r.name, *_numbers(np.array([r.ratio])), *([True] if r.shows else [])]
             for r in people.rivals
         ]
+    if any(people.framed):
+        skeleton["framed"] = list(people.framed)
     return {**skeleton, **{name: _numbers(getattr(people, name)) for name in arrays}}
 
 
@@ -125,6 +127,7 @@ def people_from_dict(fields: Mapping[str, Any]) -> People:
         depth_sd_m=_stated("depth_sd_m", fields, count),
         attributes=fields.get("attributes", ()),
         rivals=[None if one is None else Rival(*one) for one in fields.get("rivals", ())],
+        framed=fields.get("framed", ()),
     )
 
 

@@ -13,7 +13,8 @@ from .drone import flight_mount
 from .estimate import CameraEstimate, Testimony, Witness
 from .focal import estimate_camera, row_of
 from .lines.gravity import read_gravity
-from .lines.segments import segments_of
+from .lines.picture_frames import in_frames
+from .lines.segments import Detected, detected_in
 from .mount import Mount
 from .others import Others
 from .request import FocalRequest
@@ -22,15 +23,23 @@ from .unstated import without_statement
 
 
 class PictureLines:
-    """The straight segments of a photo outside its people, looked for when first asked for."""
+    """The straight segments of a photo, looked for when first asked for."""
 
     def __init__(self, photo: Photo, people: People) -> None:
         self._photo, self._people = photo, people
 
     @cached_property
     def segments_px(self) -> FloatArray | None:
-        """Segments (N, 4) in full-size pixels; None where the photo's pixels are not at hand."""
-        return segments_of(self._photo, self._people.boxes_px)
+        """Segments (N, 4) in full-size pixels, outside people; None where the photo's pixels are not at hand."""
+        return None if self._detected is None else self._detected.outside(self._people.boxes_px)
+
+    def people_in_frames(self) -> tuple[bool, ...]:
+        """Return of each person whether straight edges frame them; of nobody where the pixels are not at hand."""
+        return () if self._detected is None else tuple(in_frames(self._detected, self._people.boxes_px).tolist())
+
+    @cached_property
+    def _detected(self) -> Detected | None:
+        return detected_in(self._photo)
 
 
 def choose_camera(

@@ -58,7 +58,7 @@ def doubts_of(people: People) -> tuple[tuple[PersonDoubt, ...], ...]:
         PersonDoubt.POSSIBLE_DUPLICATE: possible_duplicates(people),
         PersonDoubt.OTHER_CLASS: _rivalled(people, False) >= LEAST_RIVALS.get(people.source, 1.0),
         PersonDoubt.NO_UPPER_BODY: _no_upper_body(people),
-        PersonDoubt.IN_PICTURE: _rivalled(people, True) >= LEAST_SCREENS.get(people.source, 0.5),
+        PersonDoubt.IN_PICTURE: _in_picture(people),
     }
     return tuple(tuple(doubt for doubt, rows in found.items() if rows[i]) for i in range(len(people)))
 
@@ -66,14 +66,19 @@ def doubts_of(people: People) -> tuple[tuple[PersonDoubt, ...], ...]:
 def in_words(people: People, person: int, reasons: Sequence[PersonDoubt]) -> str:
     """Return a person's doubts to be read; what else the detector sees is named."""
     rival = people.rivals[person]
-    named = f" ({rival.name})" if rival is not None else ""
-    of_rival = (PersonDoubt.OTHER_CLASS, PersonDoubt.IN_PICTURE)
-    return ", ".join(doubt.words + (named if doubt in of_rival else "") for doubt in reasons)
+    told_by = None if rival is None else PersonDoubt.IN_PICTURE if rival.shows else PersonDoubt.OTHER_CLASS
+    named = "" if rival is None else f" ({rival.name})"
+    return ", ".join(doubt.words + (named if doubt is told_by else "") for doubt in reasons)
 
 
 def _rivalled(people: People, shows: bool) -> FloatArray:
     """Return the ratios of the rivals of one sort, those that show people or those in their place, 0 without, (P,)."""
     return np.array([r.ratio if r is not None and r.shows is shows else 0.0 for r in people.rivals], dtype=float)
+
+
+def _in_picture(people: People) -> NDArray[np.bool_]:
+    """Return whom a thing that shows people holds, or straight edges all around, shape (P,)."""
+    return (_rivalled(people, True) >= LEAST_SCREENS.get(people.source, 0.5)) | np.array(people.framed, dtype=bool)
 
 
 def _no_upper_body(people: People) -> NDArray[np.bool_]:

@@ -46,6 +46,8 @@ class People:
     attributes: what else the recording states about each person, by key (`attributes.attributes_of`).
     rivals: of each person, what else the detector sees in the same place; None where it sees nothing else or does not
         state it.
+    framed: shape (P,); who lies inside a closed rectangle of straight edges in the photo, as in a picture's frame
+        (`camera.lines.picture_frames`); nobody where it was not looked for.
 
     Construction raises KeypointsError where shapes do not fit. A keypoint with score 0, a NaN score or a NaN
     coordinate is missing in all three arrays.
@@ -63,6 +65,7 @@ class People:
     depth_sd_m: FloatArray = field(default_factory=_empty)
     attributes: Sequence[Attributes] = ()
     rivals: Sequence[Rival | None] = ()
+    framed: Sequence[bool] = ()
 
     def __repr__(self) -> str:
         return f"People({len(self.keypoints_px)} with {len(self.skeleton)} keypoints, {self.skeleton.name})"
@@ -103,6 +106,9 @@ class People:
         if len(self.rivals) not in (0, count):
             raise KeypointsError(f"people.rivals has {len(self.rivals)} entries for {count} people")
         object.__setattr__(self, "rivals", tuple(self.rivals) or (None,) * count)
+        if len(self.framed) not in (0, count):
+            raise KeypointsError(f"people.framed has {len(self.framed)} entries for {count} people")
+        object.__setattr__(self, "framed", tuple(map(bool, self.framed)) or (False,) * count)
 
     def _check_depth(self) -> None:
         depth, sd = self.depth_m, self.depth_sd_m
@@ -141,6 +147,7 @@ class People:
             self.heading_rad[rows], self.heading_sd_rad[rows], self.source, self.depth_m[rows], self.depth_sd_m[rows],
             [self.attributes[i] for i in np.arange(len(self))[rows]],
             [self.rivals[i] for i in np.arange(len(self))[rows]],
+            [self.framed[i] for i in np.arange(len(self))[rows]],
         )  # fmt: skip
 
     def joint(self, name: str) -> FloatArray:

@@ -149,6 +149,7 @@ def _joined(one: People, other: People) -> People:
     return People(
         one.skeleton, **{name: np.concatenate([getattr(one, name), getattr(other, name)]) for name in arrays},
         source=one.source, attributes=[*one.attributes, *other.attributes], rivals=[*one.rivals, *other.rivals],
+        framed=[*one.framed, *other.framed],
     )  # fmt: skip
 
 

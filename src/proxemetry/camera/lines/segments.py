@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import cast
 
 import numpy as np
@@ -28,19 +29,46 @@ _AROUND = 0.06
 _PARALLEL_RAD, _ACROSS_PX, _GAP_PX = math.radians(2.5), 1.2, 12.0
 
 
-def segments_of(photo: Photo, boxes_px: FloatArray) -> FloatArray | None:
-    """Return straight segments (N, 4), u0 v0 u1 v1 in full-size pixels, outside people's boxes (P, 4).
+@dataclass(frozen=True, eq=False)
+class Detected:
+    """All segments that the detector finds in a reduced picture.
 
-    None where the photo's pixels are not at hand or cannot be decoded.
+    segments: shape (N, 4), u0 v0 u1 v1 in its pixels. size: its width and height. to_pixels, to_photo: shape (4,), from
+    its pixels to those of the picture that was given, and from these to the full-size photo's.
     """
+
+    segments: FloatArray
+    size: tuple[int, int]
+    to_pixels: FloatArray
+    to_photo: FloatArray
+
+    def outside(self, boxes_px: FloatArray) -> FloatArray:
+        """Return segments (N, 4) in full-size pixels, outside people's boxes (P, 4): as `segments_of` does."""
+        return without_graphics(_outside_people(self, boxes_px / self.to_photo)) * self.to_photo
+
+    def reduced(self, boxes_px: FloatArray) -> FloatArray:
+        """Return boxes (P, 4) of the full-size photo in pixels of the reduced picture."""
+        return boxes_px / (self.to_photo * self.to_pixels)
+
+
+def detected_in(photo: Photo) -> Detected | None:
+    """Return all segments of a photo, None where its pixels are not at hand or cannot be decoded."""
     if photo.path is None and not photo.has_pixels:
         return None
     try:
         pixels = photo.pixels(LONG_SIDE_PX)
     except PhotoError:
         return None
-    factors = np.tile((photo.width / pixels.shape[1], photo.height / pixels.shape[0]), 2)
-    return without_graphics(straight_segments(pixels, boxes_px / factors)) * factors
+    return _detected(pixels, np.tile((photo.width / pixels.shape[1], photo.height / pixels.shape[0]), 2))
+
+
+def segments_of(photo: Photo, boxes_px: FloatArray) -> FloatArray | None:
+    """Return straight segments (N, 4), u0 v0 u1 v1 in full-size pixels, outside people's boxes (P, 4).
+
+    None where the photo's pixels are not at hand or cannot be decoded.
+    """
+    found = detected_in(photo)
+    return None if found is None else found.outside(boxes_px)
 
 
 def without_graphics(segments: FloatArray) -> FloatArray:
@@ -58,26 +86,37 @@ def without_graphics(segments: FloatArray) -> FloatArray:
 
 def straight_segments(pixels: RGBArray, boxes_px: FloatArray) -> FloatArray:
     """Return straight segments (N, 4), the longest first, in pixels (H, W, 3) outside people's boxes (P, 4)."""
+    return _outside_people(_detected(pixels, np.ones(4)), boxes_px)
+
+
+def _detected(pixels: RGBArray, to_photo: FloatArray) -> Detected:
+    """Return what OpenCV's detector finds in pixels (H, W, 3), nothing in the tiniest."""
     import cv2
 
     height, width = pixels.shape[:2]
     scale = min(1.0, LONG_SIDE_PX / max(width, height))
     size = max(1, round(width * scale)), max(1, round(height * scale))
+    to_pixels, nothing = np.tile((width / size[0], height / size[1]), 2), np.zeros((0, 4))
     if min(size) < 8:
-        return np.zeros((0, 4))
+        return Detected(nothing, size, to_pixels, to_photo)
     grey = cv2.cvtColor(pixels, cv2.COLOR_RGB2GRAY)
     if scale < 1:
         grey = cv2.resize(grey, size, interpolation=cv2.INTER_AREA)
-    # a pixel is looked up at its middle, where OpenCV counts it from
     found = cv2.createLineSegmentDetector(cv2.LSD_REFINE_NONE).detect(grey)[0]
     if cast(object, found) is None:
-        return np.zeros((0, 4))
+        return Detected(nothing, size, to_pixels, to_photo)
+    # a pixel is looked up at its middle, where OpenCV counts it from
     segments = np.asarray(found, dtype=float).reshape(-1, 4) + 0.5
-    factors = np.tile((width / size[0], height / size[1]), 2)
-    segments = segments[_outside(segments, boxes_px / factors) & ~_at_edge(segments, size)]
+    return Detected(segments, size, to_pixels, to_photo)
+
+
+def _outside_people(found: Detected, boxes_px: FloatArray) -> FloatArray:
+    """Return the longest lines (N, 4) outside boxes (P, 4), both in pixels of the picture that was given."""
+    segments, size = found.segments, found.size
+    segments = segments[_outside(segments, boxes_px / found.to_pixels) & ~_at_edge(segments, size)]
     diagonal = math.hypot(*size)
     merged = _merged(_longest(segments[_lengths(segments) > _SHORTEST * diagonal / 2], _MOST))
-    return _longest(merged[_lengths(merged) > _SHORTEST * diagonal], _MOST) * factors
+    return _longest(merged[_lengths(merged) > _SHORTEST * diagonal], _MOST) * found.to_pixels
 
 
 def _lengths(segments: FloatArray) -> FloatArray:
