@@ -18,7 +18,7 @@ import argparse
 import hashlib
 from collections import Counter
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -26,6 +26,7 @@ from numpy.typing import NDArray
 
 from benchmarks.networks.composed_people import TWICE, Composed, Kind, composed
 from benchmarks.networks.networks_at_hand import add_models_option
+from proxemetry.camera.choice import PictureLines
 from proxemetry.errors import PhotoError
 from proxemetry.overlap import pairwise_iou
 from proxemetry.people import People, PoseBackend
@@ -86,6 +87,12 @@ def photos_in(folder: Path, half: str) -> Iterator[Photo]:
                 print(error)
 
 
+def seen_in(photo: Photo, backend: PoseBackend) -> People:
+    """Return the people whom a back end sees, with who is in a frame of straight edges, as `measure` looks for it."""
+    people = backend.detect(photo)
+    return replace(people, framed=PictureLines(photo, people).people_in_frames()) if len(people) else people
+
+
 def those_of(found: People, made: Composed) -> NDArray[np.intp]:
     """Return the rows of the people found that are the composed ones."""
     if made.kind in (Kind.POSTER, Kind.LEGS, Kind.HEAD):
@@ -106,14 +113,14 @@ def measured(backend: PoseBackend, args: argparse.Namespace) -> dict[str, Tally]
     tallies |= {kind.value: Tally() for kind in Kind}
     places: list[RGBArray] = []
     for photo in photos_in(args.things, args.half):
-        tallies["things and places"].add(list(doubts_of(backend.detect(photo))))
+        tallies["things and places"].add(list(doubts_of(seen_in(photo, backend))))
         if len(places) < 20 and min(photo.width, photo.height) >= 400:
             places.append(photo.pixels(1200))
     if args.pictured is not None:
         for photo in photos_in(args.pictured, args.half):
-            tallies["painted, drawn, carved"].add(list(doubts_of(backend.detect(photo))))
+            tallies["painted, drawn, carved"].add(list(doubts_of(seen_in(photo, backend))))
     for photo in photos_in(args.people, args.half):
-        people = backend.detect(photo)
+        people = seen_in(photo, backend)
         tallies["real people"].add(list(doubts_of(people)))
         heights = people.boxes_px[:, 3] - people.boxes_px[:, 1]
         clear = [int(row) for row in np.argsort(-heights) if people.person_scores[row] >= _CLEAR][:_MOST_OF_A_PHOTO]
@@ -126,7 +133,7 @@ def measured(backend: PoseBackend, args: argparse.Namespace) -> dict[str, Tally]
 
 
 def _count(tally: Tally, backend: PoseBackend, made: Composed) -> None:
-    found = backend.detect(Photo.from_array(made.pixels))
+    found = seen_in(Photo.from_array(made.pixels), backend)
     doubts = doubts_of(found)
     of_these = [doubts[row] for row in those_of(found, made)]
     if made.kind in TWICE:
