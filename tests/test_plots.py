@@ -10,8 +10,13 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.collections import LineCollection, PathCollection
 from matplotlib.figure import Figure
+from matplotlib.image import AxesImage
 from matplotlib.path import Path as Outline
+from matplotlib.patheffects import Normal, Stroke
+from matplotlib.textpath import TextPath
 from numpy.typing import NDArray
 from PIL import Image
 
@@ -26,9 +31,10 @@ from proxemetry.measure import place
 from proxemetry.people import People
 from proxemetry.people.skeleton import COCO_17
 from proxemetry.photo import Photo
+from proxemetry.plots.cased_lines import DASHED, Casing, Line, draw_cased
 from proxemetry.plots.faces import heads_px, pixelated
 from proxemetry.plots.geometry import ground_positions, ground_regions, horizon_px
-from proxemetry.plots.lettering import draw_badges, to_points
+from proxemetry.plots.lettering import draw_badges, draw_pair_labels, to_points
 from proxemetry.plots.pair_selection import (
     PERSON_COLOURS,
     camera_text,
@@ -38,6 +44,7 @@ from proxemetry.plots.pair_selection import (
     pairs_shown,
     text_on,
 )
+from proxemetry.plots.picture import draw_picture
 from proxemetry.plots.placement import Obstacles, along
 from proxemetry.plots.placement import place as place_labels
 from proxemetry.plots.zone_colours import ZONE_COLOURS
@@ -183,10 +190,10 @@ def test_a_number_beside_its_place_has_a_dot_at_the_place() -> None:
     middle = to_points(axes, np.array([[5.0, 5.0], [5.1, 5.0]]))
     spots = [np.stack([point, point + (30, 0)]) for point in middle]
     draw_badges(axes, spots, [0, 1], ["#0072B2", "#E69F00"], with_dots=True)
-    small, *discs = sorted(axes.collections, key=lambda c: float(c.get_sizes()[0]))
-    assert len(discs) == 2
-    assert np.asarray(small.get_offsets())[0] == pytest.approx([5.1, 5.0])  # the second number gave way to the first
-    assert max(float(np.asarray(c.get_offsets())[0, 0]) for c in discs) > 5.5
+    marks = [c for c in axes.collections if isinstance(c, PathCollection)]
+    dots, discs = (np.asarray(c.get_offsets()) for c in sorted(marks, key=lambda c: float(c.get_sizes()[0])))
+    assert len(dots) == 1 and dots[0] == pytest.approx([5.1, 5.0])  # the second number gave way to the first
+    assert len(discs) == 2 and discs[:, 0].max() > 5.5
 
 
 def test_intervals_are_part_of_every_number() -> None:
@@ -376,3 +383,65 @@ def test_the_focal_length_s_spread_is_never_in_powers_of_ten(rel_sd: float, show
     scene = drawn_scene([(0.0, 4.0)])
     camera = replace(scene.camera.camera, focal_rel_sd=rel_sd)
     assert shown in camera_text(replace(scene, camera=CameraEstimate(camera)))
+
+
+def _drawn(figure: Figure) -> NDArray[np.int_]:
+    canvas = FigureCanvasAgg(figure)
+    canvas.draw()
+    return np.asarray(canvas.buffer_rgba())[..., :3].astype(int)
+
+
+@pytest.mark.parametrize("size", [(200, 140), (700, 500)], ids=["enlarged", "reduced"])
+def test_a_photo_is_drawn_where_and_as_matplotlib_would(size: tuple[int, int]) -> None:
+    y, x = np.mgrid[: size[1], : size[0]] / size[0]
+    pixels = (np.stack([x, y, 0.5 + 0.5 * np.sin(9 * x + 5 * y)], axis=-1) * 255).astype(np.uint8)
+    figure = Figure(figsize=(3.03, 2.17))
+    axes = figure.add_axes((0.113, 0.071, 0.757, 0.811))
+    draw_picture(axes, pixels, 6000, 4000)
+    (image,) = axes.images
+    renderer = FigureCanvasAgg(figure).get_renderer()
+    for magnification in (1.0, 2.0):
+        drawn, *corner, transform = image.make_image(renderer, magnification)
+        expected, *expected_corner, _ = AxesImage.make_image(image, renderer, magnification)
+        assert transform is None and corner == expected_corner
+        away = np.abs(np.asarray(drawn).astype(int) - expected)  # of 255; a shift by one pixel is 2 and more
+        assert away.mean() < 0.7 and away.max() <= 8
+    axes.set(xlim=(1000, 2000))  # a part of it
+    drawn, expected = image.make_image(renderer)[0], AxesImage.make_image(image, renderer)[0]
+    np.testing.assert_array_equal(drawn, expected)
+
+
+def test_lines_in_one_collection_are_those_of_path_effects() -> None:
+    """Two groups that cross, the later one broken: casings of a group below its lines, the second group on top."""
+    groups = [[((1, 2), (9, 7)), ((1, 8), (9, 3))], [((2, 1), (7, 9)), ((1, 5.3), (9, 5.9))]]
+    one, other = (Figure(figsize=(2, 2)) for _ in range(2))
+    for figure in (one, other):
+        figure.add_axes((0, 0, 1, 1)).set(xlim=(0, 10), ylim=(0, 10))
+    dashes = (None, DASHED)
+    lines = [[Line(np.array(e), "#E69F00", d) for e in ends] for ends, d in zip(groups, dashes, strict=True)]
+    draw_cased(one.axes[0], lines, 2.0, [Casing(1.5, "#000000", 0.5)], zorder=2, caps="butt")
+    halo = [Stroke(linewidth=3.5, foreground="#000000", alpha=0.5), Normal()]
+    for ends, style in zip(groups, ("solid", "dashed"), strict=True):
+        other.axes[0].add_collection(
+            LineCollection(ends, colors="#E69F00", linewidths=2.0, linestyles=style, path_effects=halo, zorder=2,
+                           capstyle="butt")
+        )  # fmt: skip
+    np.testing.assert_allclose(_drawn(one), _drawn(other), atol=2)
+
+
+@pytest.mark.parametrize("text", ["2.1 m [1.7, 2.6]", "0.63 m [0.56, 0.71] ?", "+ 212 more without room for a label"])
+def test_a_label_is_as_wide_as_the_curves_of_its_letters(text: str) -> None:
+    axes = Figure(figsize=(6, 4)).add_axes((0, 0, 1, 1))
+    ends = [(np.array([100.0, 150.0]), np.array([300.0, 150.0]))]
+    (box,) = draw_pair_labels(axes, ends, [text], ["#0072B2"], np.zeros((0, 4)), Obstacles.none())
+    width = TextPath((0, 0), text, size=8.5).get_extents().width
+    assert box[2] - box[0] == pytest.approx(width + 5.2, abs=1e-6)
+
+
+def test_the_plan_says_its_metres_at_its_lines() -> None:
+    axes = plots.plan(drawn_scene([(-2.0, 6.0), (2.0, 7.0)])).axes[0]
+    (grid,) = [c for c in axes.collections if isinstance(c, LineCollection) and len(c.get_segments()) > 10]
+    upright = sorted(float(s[0, 0]) for s in grid.get_segments() if s[0, 0] == s[1, 0])
+    said = [t for t in axes.texts if t.get_position()[1] == 0 and t.get_va() == "top"]
+    assert [float(t.get_text().replace("\N{MINUS SIGN}", "-")) for t in said] == upright
+    assert [t.get_position()[0] for t in said] == upright

@@ -24,6 +24,9 @@ __all__ = ["FACES", "FORMATS", "birds_eye", "circles", "overlay", "photo_of", "p
 #: File name endings that `save` writes.
 FORMATS = (".png", ".jpg", ".jpeg", ".svg", ".pdf")
 
+#: At the default compression, 6, a photo in PNG takes over twice as long for a file that is 1 % smaller.
+_OPTIONS: dict[str, dict[str, Any]] = {".png": {"pil_kwargs": {"compress_level": 4}}}
+
 #: Wider circles than these are around no person.
 _WIDEST_M = 100.0
 
@@ -120,7 +123,8 @@ def save(figure: Figure, path: str | Path, *, dpi: int = 140) -> None:
         raise SettingsError(f"{path}: a figure is saved as one of {', '.join(FORMATS)}")
     temporary = path.with_name(f".{os.getpid()}.part{path.suffix}")  # short: the name itself may be as long as can be
     try:
-        render(figure, temporary, dpi=dpi, metadata=_metadata(path.suffix.lower()))
+        suffix = path.suffix.lower()
+        render(figure, temporary, dpi=dpi, metadata=_metadata(suffix), **_OPTIONS.get(suffix, {}))
         temporary.replace(path)
     except OSError as error:
         temporary.unlink(missing_ok=True)

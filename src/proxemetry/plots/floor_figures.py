@@ -71,13 +71,11 @@ def birds_eye_figure(scene: Scene, photo: Photo | None, within_m: float, faces: 
     if not len(placed):
         draw_nobody(axes, scene)
         return figure
-    axes.tick_params(length=0, labelsize=7, labelcolor="#555555", pad=2)
     places = ground_positions(scene.bodies)
     _set_bounds(axes, places[placed], within_m)
     if photo is not None and level is not None and level.is_floor:
         _draw_flat(axes, _pixels(scene, photo, faces), level)
-    draw_grid(axes)
-    axes.grid(visible=True, color="#FFFFFF", alpha=0.45, linewidth=0.7)
+    draw_grid(axes, "#FFFFFF", 0.45)
     draw_camera(axes, scene)
     for person in _farthest_first(scene):
         colour = _colour(chance, person)

@@ -11,10 +11,11 @@ from collections.abc import Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.patheffects import Normal, Stroke
+from matplotlib.path import Path
 from matplotlib.textpath import TextPath
 
 from ..arrays import FloatArray
+from .cased_lines import Casing, Line, draw_cased
 from .pair_selection import text_on
 from .placement import Obstacles, along, place
 
@@ -68,23 +69,31 @@ def draw_badges(
     radius, size_pt = badge_radius_pt(len(spots)), _BADGE_PT[len(spots) > _MANY]
     sizes = np.full((len(spots), 2), 2 * radius + 1)
     centres = place(spots, sizes, _NOTHING, Obstacles.none(), panel_box(axes))
-    for centre, number, colour, options in zip(centres, numbers, colours, spots, strict=True):
-        if not np.isfinite(centre).all():
-            continue
-        if np.linalg.norm(options[0] - centre) > 1.3 * radius:
-            _leader(axes, centre, options[0])
-        if with_dots and np.linalg.norm(options[0] - centre) > 0.5:
-            axes.scatter(
-                *_to_data(axes, options[0])[0], s=(0.6 * radius) ** 2, color=colour, edgecolors="#000000",
-                linewidths=0.8, zorder=6.2,
-            )  # fmt: skip
-        x, y = _to_data(axes, centre)[0]
-        axes.scatter(x, y, s=(2 * radius) ** 2, color=colour, edgecolors="#000000", linewidths=0.8, zorder=6)
+    placed = [int(i) for i in np.flatnonzero(np.isfinite(centres).all(axis=1))]
+    if not placed:
+        return _NOTHING
+    firsts = np.stack([options[0] for options in spots])
+    away = np.linalg.norm(firsts - centres, axis=1)
+    _draw_leaders(axes, [(centres[i], firsts[i]) for i in placed if away[i] > 1.3 * radius])
+    if with_dots:
+        dotted = [i for i in placed if away[i] > 0.5]
+        _discs(axes, firsts[dotted], 0.6 * radius, [colours[i] for i in dotted], 6.2)
+    _discs(axes, centres[placed], 2 * radius, [colours[i] for i in placed], 6)
+    for i, (x, y) in zip(placed, _to_data(axes, centres[placed]), strict=True):
         axes.text(
-            x, y, str(number), fontsize=size_pt, weight="bold", color=text_on(colour), ha="center",
+            x, y, str(numbers[i]), fontsize=size_pt, weight="bold", color=text_on(colours[i]), ha="center",
             va="center_baseline", zorder=6.1,
         )  # fmt: skip
     return np.concatenate([centres - sizes / 2, centres + sizes / 2], axis=1)[np.isfinite(centres).all(axis=1)]
+
+
+def _discs(axes: Axes, centres: FloatArray, across_pt: float, colours: list[str], zorder: float) -> None:
+    """Draw discs around centres in points, shape (n, 2)."""
+    if colours:
+        axes.scatter(
+            *_to_data(axes, centres).T, s=across_pt**2, color=colours, edgecolors="#000000", linewidths=0.8,
+            zorder=zorder,
+        )  # fmt: skip
 
 
 def draw_pair_labels(
@@ -109,13 +118,15 @@ def draw_pair_labels(
     if len(corner):
         left_out = int(np.isnan(centres).all(axis=1).sum())
         _write(axes, (corner[0, :2] + corner[0, 2:]) / 2, _left_out_text(left_out), size_pt, _INK)
+    leaders: list[tuple[FloatArray, FloatArray]] = []
     for centre, text, colour, (start, end), size in zip(centres, texts, colours, ends, sizes, strict=True):
         if not np.isfinite(centre).all():
             continue
         foot = _nearest(centre, start, end)
         if np.linalg.norm(foot - centre) > 0.75 * size[1]:
-            _leader(axes, centre, foot)
+            leaders.append((centre, foot))
         _write(axes, centre, text, size_pt, colour)
+    _draw_leaders(axes, leaders)
     return np.concatenate([centres - sizes / 2, centres + sizes / 2], axis=1)
 
 
@@ -177,14 +188,18 @@ def _nearest(point: FloatArray, start: FloatArray, end: FloatArray) -> FloatArra
     return start + min(max(share, 0.15), 0.85) * way
 
 
-def _leader(axes: Axes, start: FloatArray, end: FloatArray) -> None:
-    line = _to_data(axes, np.stack([start, end]))
-    dark = [Stroke(linewidth=2.2, foreground="#000000", alpha=0.75), Normal()]
-    axes.plot(*line.T, color="#FFFFFF", linewidth=1.0, path_effects=dark, zorder=5)
+def _draw_leaders(axes: Axes, leaders: list[tuple[FloatArray, FloatArray]]) -> None:
+    """Draw thin lines between two points each, in points from the figure's lower left corner."""
+    lines = [[Line(_to_data(axes, np.stack(ends)), "#FFFFFF")] for ends in leaders]
+    draw_cased(axes, lines, 1.0, [Casing(1.2, "#000000", 0.75)], zorder=5, caps="projecting")
 
 
 @functools.cache
 def _extent_pt(text: str, size_pt: float) -> tuple[float, float]:
     """Return a text's width and height in points; the height is the font's, the same for every text."""
-    width = TextPath((0, 0), text, size=size_pt, usetex=False).get_extents().width if text.strip() else 0.0
-    return float(width), 1.05 * size_pt
+    if not text.strip():
+        return 0.0, 1.05 * size_pt
+    path = TextPath((0, 0), text, size=size_pt, usetex=False)
+    # A font's curves have points wherever they are leftmost or rightmost, so no curve has to be followed.
+    x = np.asarray(path.vertices)[np.asarray(path.codes) != Path.CLOSEPOLY, 0]
+    return float(np.ptp(x)), 1.05 * size_pt

@@ -17,8 +17,8 @@ PERSON_COLOURS = ("#009E73", "#F0E442", "#CC79A7", "#7B4FC9", "#A8E6CF")
 UNPLACED_COLOUR = "#BBBBBB"
 #: Stands after a distance whose interval is to be read instead of the number.
 VAGUE_MARK = "?"
-#: A line's dashes as matplotlib takes them: where they begin, and on and off in points.
-LineStyle = tuple[float, tuple[float, float] | None]
+#: A line's dashes and gaps in widths of the line, None where it is unbroken.
+Dashes = tuple[float, float] | None
 
 _ALL_PAIRS_UP_TO = 3
 #: The second decimal of a distance means something where its interval is narrower than this.
@@ -90,9 +90,9 @@ def line_colours(distances: Distances, shown: list[tuple[int, int]]) -> list[str
     return [ZONE_COLOURS[distances.zone(a, b) or UNCERTAIN] for a, b in shown]
 
 
-def line_styles(distances: Distances, shown: list[tuple[int, int]]) -> list[LineStyle]:
+def line_styles(distances: Distances, shown: list[tuple[int, int]]) -> list[Dashes]:
     """Return how the pairs' lines are drawn: broken where the number is not to be relied on."""
-    return [(0.0, (4.0, 2.5)) if distances.vague(a, b) else (0.0, None) for a, b in shown]
+    return [(4.0, 2.5) if distances.vague(a, b) else None for a, b in shown]
 
 
 def _counted(count: int, one: str, many: str) -> str:

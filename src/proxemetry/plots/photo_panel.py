@@ -4,17 +4,18 @@ from __future__ import annotations
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.collections import LineCollection
 from matplotlib.patheffects import Normal, Stroke
 
 from ..arrays import FloatArray
 from ..distances import Distances
 from ..photo import RGBArray
 from ..scene import Scene
+from .cased_lines import DASHED, DOTTED, Casing, Line, draw_cased, pair_lines
 from .faces import heads_px, pixelated
 from .geometry import anchors_px, horizon_px
 from .lettering import badge_radius_pt, draw_badges, draw_pair_labels, to_points
-from .pair_selection import UNPLACED_COLOUR, colour_of, line_colours, line_styles, number_text, pair_text
+from .pair_selection import UNPLACED_COLOUR, Dashes, colour_of, line_colours, number_text, pair_text
+from .picture import draw_picture
 from .placement import Obstacles, around
 
 _BLANK = (232, 233, 235)
@@ -34,8 +35,7 @@ def draw_photo(
     elif blur:
         factors = pixels.shape[1] / width, pixels.shape[0] / height
         pixels = pixelated(pixels, heads_px(scene.people.scaled(*factors)))
-    axes.imshow(pixels, extent=(0, width, height, 0), interpolation="antialiased", aspect="auto")
-    axes.set(xlim=(0, width), ylim=(height, 0))
+    draw_picture(axes, pixels, width, height)
     axes.set_axis_off()
     heads, anchors = heads_px(scene.people), to_points(axes, anchors_px(scene.people))
     ends = [(anchors[a], anchors[b]) for a, b in shown]
@@ -67,41 +67,37 @@ def badge_colour(scene: Scene, person: int) -> str:
 def _draw_skeletons(axes: Axes, scene: Scene) -> None:
     people, few = scene.people, len(scene) <= _MANY
     width = 1.9 if few else 1.3
-    halo = [Stroke(linewidth=width + 1.5, foreground="#000000", alpha=0.5), Normal()]
-    for person in range(len(people)):
-        ends = [np.stack([people.joint(a)[person], people.joint(b)[person]]) for a, b in people.skeleton.bones]
-        lines = LineCollection(
-            [segment for segment in ends if np.isfinite(segment).all()], colors=badge_colour(scene, person),
-            linewidths=width, capstyle="round", linestyles=_line_style(scene, person),
-            zorder=2, path_effects=halo,
-        )  # fmt: skip
-        axes.add_collection(lines, autolim=False)
-        points = people.keypoints_px[person]
-        points = points[np.isfinite(points).all(axis=-1)]
-        axes.scatter(
-            *points.T, s=7 if few else 4, color=badge_colour(scene, person), edgecolors="#000000", linewidths=0.4,
-            zorder=2.1,
-        )  # fmt: skip
+    ends = np.stack([np.stack([people.joint(a), people.joint(b)], axis=1) for a, b in people.skeleton.bones], axis=1)
+    skeletons = [
+        [
+            Line(segment, badge_colour(scene, person), _dashes(scene, person))
+            for segment in ends[person]
+            if np.isfinite(segment).all()
+        ]
+        for person in range(len(people))
+    ]
+    draw_cased(axes, skeletons, width, [Casing(1.5, "#000000", 0.5)], zorder=2, caps="round")
+    seen = np.isfinite(people.keypoints_px).all(axis=-1)
+    colours = [badge_colour(scene, int(person)) for person in np.nonzero(seen)[0]]
+    axes.scatter(
+        *people.keypoints_px[seen].T, s=7 if few else 4, color=colours, edgecolors="#000000", linewidths=0.4,
+        zorder=2.1,
+    )  # fmt: skip
 
 
-def _line_style(scene: Scene, person: int) -> str:
+def _dashes(scene: Scene, person: int) -> Dashes:
     """Return how a skeleton is drawn: dotted without a place, broken where it is doubtful whether this is a person."""
     if not scene.bodies.placed[person]:
-        return "dotted"
-    return "dashed" if scene.doubts[person] else "solid"
+        return DOTTED
+    return DASHED if scene.doubts[person] else None
 
 
 def _draw_lines(axes: Axes, anchors: FloatArray, shown: list[tuple[int, int]], distances: Distances) -> None:
     """Draw the pairs' lines in their zones' colours between white and black edges, the nearest pairs on top."""
     shown = shown[::-1]
-    segments = [anchors[[a, b]] for a, b in shown]
     width = 2.2 if len(shown) <= _MANY else 1.4
-    edges = [Stroke(linewidth=width + 2.6, foreground="#000000"), Stroke(linewidth=width + 1.4, foreground="#FFFFFF")]
-    lines = LineCollection(
-        segments, colors=line_colours(distances, shown), linewidths=width, linestyles=line_styles(distances, shown),
-        zorder=3, path_effects=[*edges, Normal()],
-    )  # fmt: skip
-    axes.add_collection(lines, autolim=False)
+    edges = [Casing(2.6, "#000000"), Casing(1.4, "#FFFFFF")]
+    draw_cased(axes, [pair_lines(distances, anchors, shown)], width, edges, zorder=3)
 
 
 def _badge_spots(axes: Axes, heads: FloatArray, anchors: FloatArray) -> list[FloatArray]:

@@ -6,21 +6,26 @@ import math
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.collections import LineCollection
+from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.colors import to_rgba
 from matplotlib.patches import Polygon
-from matplotlib.patheffects import Normal, Stroke
 
 from ..arrays import FloatArray
 from ..scene import Scene
+from .cased_lines import Casing, draw_cased, pair_lines
 from .geometry import camera_as_fitted, field_of_view, ground_positions, ground_regions
 from .lettering import badge_radius_pt, draw_badges, draw_pair_labels, panel_box, to_points
-from .pair_selection import colour_of, line_colours, line_styles, number_text, short_pair_text
+from .pair_selection import colour_of, line_colours, number_text, short_pair_text
 from .placement import Obstacles, around
 
 _PAPER, _GRID, _INK = "#FBFBF9", "#DEDEDA", "#555555"
 _STEPS_M = (1, 2, 5, 10, 20, 50, 100, 200, 500)
 _MOST_LINES = 26
 _ARROW_M = 0.55
+#: Between a panel and its metres.
+_GAP_PT = 2.0
+#: Above the field of view and below its edges.
+_GRID_ORDER = 0.55
 #: Where people may stand reaches out of the picture beyond this share of how far apart they stand.
 _REGION_SHARE = 0.3
 
@@ -28,7 +33,6 @@ _REGION_SHARE = 0.3
 def draw_plan(axes: Axes, scene: Scene, shown: list[tuple[int, int]]) -> None:
     """Draw the plan: metres to the right of the camera and forward from it."""
     axes.set_facecolor(_PAPER)
-    axes.tick_params(length=0, labelsize=7, labelcolor=_INK, pad=2)
     for side in axes.spines.values():
         side.set(color=_GRID, linewidth=0.8)
     placed = [int(i) for i in np.flatnonzero(scene.bodies.placed)]
@@ -39,17 +43,11 @@ def draw_plan(axes: Axes, scene: Scene, shown: list[tuple[int, int]]) -> None:
     set_limits(axes, positions[placed], regions[placed])
     draw_grid(axes)
     draw_camera(axes, scene)
+    draw_regions(axes, regions[placed], [colour_of(person) for person in placed])
     for person in placed:
-        draw_region(axes, regions[person], colour_of(person))
         draw_heading(axes, positions[person], float(scene.bodies.heading_rad[person]))
-    farthest_first = shown[::-1]
-    segments = [positions[[a, b]] for a, b in farthest_first]
-    lines = LineCollection(
-        segments, colors=line_colours(scene.distances, farthest_first), linewidths=1.8,
-        linestyles=line_styles(scene.distances, farthest_first), zorder=3,
-        path_effects=[Stroke(linewidth=2.8, foreground="#333333"), Normal()],
-    )  # fmt: skip
-    axes.add_collection(lines, autolim=False)
+    lines = pair_lines(scene.distances, positions, shown[::-1])
+    draw_cased(axes, [lines], 1.8, [Casing(1.0, "#333333")], zorder=3)
     points = to_points(axes, positions)
     reach = 2 * badge_radius_pt(len(placed))
     spots = [np.concatenate([points[[i]], around(points[i], reach, 3.0)]) for i in placed]
@@ -83,18 +81,33 @@ def set_limits(axes: Axes, positions: FloatArray, regions: FloatArray) -> None:
     axes.set(xlim=(middle[0] - half[0], middle[0] + half[0]), ylim=(middle[1] - half[1], middle[1] + half[1]))
 
 
-def draw_grid(axes: Axes) -> None:
-    """Draw a grid of whole metres, as fine as can be told apart, and say how fine it is."""
-    spans = [high - low for low, high in (axes.get_xlim(), axes.get_ylim())]
-    step = next((s for s in _STEPS_M if max(spans) / s <= _MOST_LINES), _STEPS_M[-1])
-    for low, high, set_ticks in (
-        (*axes.get_xlim(), axes.set_xticks),
-        (*axes.get_ylim(), axes.set_yticks),
-    ):
-        set_ticks(np.arange(math.ceil(low / step) * step, high, step))
-    axes.grid(color=_GRID, linewidth=0.7)
-    axes.set_axisbelow(True)
+def draw_grid(axes: Axes, colour: str = _GRID, opacity: float = 1.0) -> None:
+    """Draw a grid of whole metres, as fine as can be told apart, and say how fine it is.
+
+    Lines and numbers as matplotlib's ticks would be, which make five artists of each.
+    """
+    x_limits, y_limits = axes.get_xlim(), axes.get_ylim()
+    step = next((s for s in _STEPS_M if max(x_limits[1] - x_limits[0], y_limits[1] - y_limits[0]) / s <= _MOST_LINES),
+                _STEPS_M[-1])  # fmt: skip
+    axes.set(xticks=[], yticks=[])
+    columns, rows = (np.arange(math.ceil(low / step) * step, high, step) for low, high in (x_limits, y_limits))
+    upright = [[(x, y) for y in y_limits] for x in columns]
+    level = [[(x, y) for x in x_limits] for y in rows]
+    grid = LineCollection(
+        [*upright, *level], colors=[to_rgba(colour, opacity)], linewidths=0.7, capstyle="projecting", zorder=_GRID_ORDER
+    )
+    axes.add_collection(grid, autolim=False)
+    below, va, ha = axes.get_xaxis_text1_transform(_GAP_PT)
+    for x in columns:
+        axes.text(x, 0.0, _whole(x), transform=below, va=va, ha=ha, size=7, color=_INK)
+    beside, va, ha = axes.get_yaxis_text1_transform(_GAP_PT)
+    for y in rows:
+        axes.text(0.0, y, _whole(y), transform=beside, va=va, ha=ha, size=7, color=_INK)
     axes.set_title(f"View from above, metres, grid {step} m", size=9, color=_INK, loc="left", pad=4)
+
+
+def _whole(metres: float) -> str:
+    return f"{metres:.0f}".replace("-", "\N{MINUS SIGN}")
 
 
 def draw_camera(axes: Axes, scene: Scene) -> None:
@@ -119,14 +132,18 @@ def draw_camera(axes: Axes, scene: Scene) -> None:
         )
 
 
-def draw_region(axes: Axes, outline: FloatArray, colour: str) -> None:
-    """Draw where a person may stand, 90 %."""
-    if not np.isfinite(outline).all():
+def draw_regions(axes: Axes, outlines: FloatArray, colours: list[str]) -> None:
+    """Draw where people may stand, 90 %; outlines: shape (P, K, 2)."""
+    known = [int(i) for i in np.flatnonzero(np.isfinite(outlines).all(axis=(1, 2)))]
+    if not known:
         return
-    for face, edge, alpha in ((colour, "none", 0.22), ("none", "#333333", 0.7)):
-        axes.add_patch(
-            Polygon(outline, closed=True, facecolor=face, edgecolor=edge, linewidth=0.7, alpha=alpha, zorder=1.5)
-        )
+    faces = [to_rgba(colours[i], 0.22) for i in known]
+    nothing, edge = to_rgba("none"), to_rgba("#333333", 0.7)
+    drawn = PolyCollection(  # each person's area and then its edge, below those of the next
+        list(np.repeat(outlines[known], 2, axis=0)), closed=True, linewidths=0.7, zorder=1.5,
+        facecolors=[c for face in faces for c in (face, nothing)], edgecolors=[nothing, edge] * len(faces),
+    )  # fmt: skip
+    axes.add_collection(drawn, autolim=False)
 
 
 def draw_heading(axes: Axes, position: FloatArray, heading_rad: float) -> None:
