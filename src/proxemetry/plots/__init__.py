@@ -24,7 +24,7 @@ __all__ = ["FACES", "FORMATS", "birds_eye", "circles", "overlay", "photo_of", "p
 #: File name endings that `save` writes.
 FORMATS = (".png", ".jpg", ".jpeg", ".svg", ".pdf")
 
-#: At the default compression, 6, a photo in PNG takes over twice as long for a file that is 1 % smaller.
+#: At the default compression, 6, a photo in PNG takes about twice as long, for a file that is 1 to 6 % smaller.
 _OPTIONS: dict[str, dict[str, Any]] = {".png": {"pil_kwargs": {"compress_level": 4}}}
 
 #: Wider circles than these are around no person.
