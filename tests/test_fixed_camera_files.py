@@ -119,6 +119,6 @@ def test_a_pipe_in_the_place_of_a_clip_is_refused_at_once(tmp_path: Path) -> Non
 def test_a_log_keeps_json_alone(tmp_path: Path) -> None:
     log = Log(tmp_path / "log.sqlite")
     for value in ({"x": float("inf")}, {"x": object()}):
-        with pytest.raises(SettingsError, match="no log can keep"):
+        with pytest.raises(SettingsError, match="note: cannot be stored in the log"):
             log.keep(Action(0, "t", "ada", "a.jpg", "a1", "note", value))
     assert log.actions() == []
