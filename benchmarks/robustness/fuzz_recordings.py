@@ -83,6 +83,18 @@ def _openpose() -> Any:
     return {"version": 1.3, "people": people}
 
 
+def _label_studio() -> Any:
+    size = {"original_width": WIDTH, "original_height": HEIGHT}
+    regions: list[dict[str, Any]] = []
+    for k in range(2):
+        box = {"x": 10 + 40 * k, "y": 10, "width": 30, "height": 80, "rectanglelabels": ["person"]}
+        regions.append({"id": f"b{k}", "type": "rectanglelabels", "value": box, **size})
+        for joint, (x, y, _) in zip(COCO_17.joints, _person(150 + 200 * k), strict=True):
+            value = {"x": 100 * x / WIDTH, "y": 100 * y / HEIGHT, "width": 0.5, "keypointlabels": [joint]}
+            regions.append({"id": f"{k}{joint}", "parentID": f"b{k}", "type": "keypointlabels", "value": value, **size})
+    return [{"id": 1, "data": {"image": "/data/upload/1/a.jpg"}, "annotations": [{"result": regions}]}]
+
+
 def _ultralytics() -> Any:
     def one(x: float) -> dict[str, Any]:
         rows = np.array(_person(x))
@@ -117,7 +129,7 @@ def _easy() -> Any:
 
 _RECORDINGS: dict[str, Callable[[], Any]] = {
     "own.json": _own, "annotations.json": _coco_annotations, "results.json": _coco_results,
-    "a_keypoints.json": _openpose,
+    "a_keypoints.json": _openpose, "tasks.json": _label_studio,
     "a.json": _ultralytics, "results_a.json": _mmpose, "preds.json": _vitpose, "a_result.json": _easy,
 }  # fmt: skip
 _TEXT = "\n".join("0 0.25 0.5 0.12 0.4 " + " ".join(f"{v / 640:.4f}" for v in _flat(x)) for x in (150, 400))
