@@ -275,8 +275,8 @@ def test_the_report_says_whose_pairs_it_counts(folder, tmp_path):
     arguments = ["report", str(folder), "--out", str(page), "--photos", "0"]
     assert main([*arguments, "--pairs-where", "mask=<b>", "--pairs-where", "mask=no"]) == 0
     text = page.read_text()
-    assert "Only people recorded as mask=&lt;b&gt; or no count" in text and "mask=<b>" not in text
-    assert "two people who both were recorded as" in text
+    assert "Only people with mask=&lt;b&gt; or no count" in text and "mask=<b>" not in text
+    assert "two people both with" in text
     assert main(arguments) == 0 and "Only people recorded" not in page.read_text()
 
 

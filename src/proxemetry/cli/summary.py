@@ -65,7 +65,7 @@ def run(args: argparse.Namespace) -> int:
     where = PairsWhere.parsed(args.pairs_where)
     summary = summarise(results, by, distinct=args.distinct, where=where)
     if where is not None and args.csv != "-":
-        print(f"only people recorded as {where} count, and pairs of two such people")
+        print(f"only people with {where} count, and pairs of two such people")
     if args.csv == "-":
         _write_csv(summary, sys.stdout)
     else:

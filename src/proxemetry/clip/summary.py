@@ -90,7 +90,7 @@ def _seconds_not_followed(found: Analysis) -> float:
 
 def _notes(found: Analysis) -> list[str]:
     where = found.wanted.where
-    only = [] if where is None else [f"only people recorded as {where} count in pairs, and pairs of two such people"]
+    only = [] if where is None else [f"only people with {where} count in pairs, and pairs of two such people"]
     lost = _seconds_not_followed(found)
     unseen = [] if not lost else [
         f"nobody was followed for {lost:.1f} of {float(found.weight_s.sum()):.1f} s: near whom people were then is "

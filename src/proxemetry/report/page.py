@@ -91,7 +91,7 @@ def _head(title: str, run: Mapping[str, Any], numbers: Numbers, where: PairsWher
     tiles = "".join(f"<div><strong>{escape(v)}</strong><span>{escape(k)}</span></div>" for k, v in facts)
     by_hand = f" {_many(numbers.corrected, 'photo was', 'photos were')} corrected by hand." if numbers.corrected else ""
     only = "" if where is None else (
-        f"<p><strong>Only people recorded as {escape(str(where))} count, and pairs of two such people.</strong></p>"
+        f"<p><strong>Only people with {escape(str(where))} count, and pairs of two such people.</strong></p>"
     )  # fmt: skip
     return (
         f"<header><p class='brand'>proxemetry</p><h1>{escape(title)}</h1><p>How far apart the people in these photos "

@@ -143,7 +143,7 @@ _MOST_NAMED = 4
 
 
 def _whose(where: PairsWhere | None) -> str:
-    return "" if where is None else f" of two people who both were recorded as {where}"
+    return "" if where is None else f" of two people both with {where}"
 
 
 def _focal_sentence(counts: Mapping[FocalBasis, int]) -> str:
