@@ -20,24 +20,10 @@ from proxemetry.archive.store.folder import Folder
 from proxemetry.archive.store.results import Results
 from proxemetry.cli import main
 from proxemetry.errors import OutputError
-from synthetic.small_photos import write_photo, write_photos
+from synthetic.small_photos import write_photo
 
 POSE = "python:synthetic.small_photos:two_people"
 NAMES = ("run.json", "manifest/manifest-000.parquet", "scenes/part-000001.parquet", "photos.parquet", "pairs.parquet")
-
-
-@pytest.fixture(scope="module")
-def original(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = tmp_path_factory.mktemp("damage")
-    write_photos(folder / "photos", 5)
-    run([str(folder / "photos")], Job(str(folder / "r"), POSE), jobs=0)
-    return folder
-
-
-@pytest.fixture
-def results(original: Path, tmp_path: Path) -> Path:
-    shutil.copytree(original / "r", tmp_path / "r")
-    return tmp_path / "r"
 
 
 def _measure(photos: Path, results: Path, *more: str) -> int:

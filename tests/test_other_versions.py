@@ -2,15 +2,12 @@
 
 import csv
 import json
-import shutil
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
 import duckdb
 import pytest
 
-from proxemetry.archive.run.run import run
-from proxemetry.archive.run.work import Job
 from proxemetry.archive.store import damage, earlier, parts
 from proxemetry.archive.store.folder import Folder
 from proxemetry.archive.store.identity import MODELS, SETTINGS, SETTINGS_SHA256, VERSION
@@ -19,7 +16,6 @@ from proxemetry.archive.store.results import Results
 from proxemetry.cli import main
 from proxemetry.clip.tables_again import write_again
 from proxemetry.scene import Scene
-from synthetic.small_photos import write_photos
 
 POSE = "python:synthetic.small_photos:two_people"
 
@@ -34,20 +30,6 @@ OF_OTHER_TYPES = (
     "* REPLACE (n_people::VARCHAR AS n_people, 'yes please' AS focal_assumed, width_px::DOUBLE AS width_px)"
 )
 KINDS = {"less": LESS, "less of people": LESS_OF_PEOPLE, "more": MORE, "other types": OF_OTHER_TYPES}
-
-
-@pytest.fixture(scope="module")
-def original(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = tmp_path_factory.mktemp("versions")
-    write_photos(folder / "photos", 5)
-    run([str(folder / "photos")], Job(str(folder / "r"), POSE), jobs=0)
-    return folder
-
-
-@pytest.fixture
-def results(original: Path, tmp_path: Path) -> Path:
-    shutil.copytree(original / "r", tmp_path / "r")
-    return tmp_path / "r"
 
 
 def _rewrite(path: Path, selected: str, *, sealed: bool = True) -> None:

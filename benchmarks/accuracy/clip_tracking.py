@@ -27,6 +27,7 @@ from proxemetry.camera.floor_view import to_pixels
 from proxemetry.clip.floor import FLOOR_REACH_M
 from proxemetry.clip.following import chains_of
 from proxemetry.clip.sightings import Chain, Sightings
+from proxemetry.overlap import areas_of, shared_areas
 
 _STEP_S, FOCAL_PX = 0.4, 1190.0
 #: What the made-up eyes do, as shares of the distance along the line of sight: from frame to frame, by the floor, and
@@ -99,11 +100,9 @@ def _boxes(mount: Mount, own_m: FloatArray, tall_m: FloatArray) -> FloatArray:
 
 def _covered(boxes_px: FloatArray, own_m: FloatArray) -> FloatArray:
     """Return which share of each box the nearest person in front covers, shape (n,)."""
-    low = np.maximum(boxes_px[:, None, :2], boxes_px[None, :, :2])
-    high = np.minimum(boxes_px[:, None, 2:], boxes_px[None, :, 2:])
-    shared = np.maximum(high - low, 0.0).prod(axis=-1)
+    shared = shared_areas(boxes_px, boxes_px)
     in_front = np.linalg.norm(own_m, axis=1)[None] < np.linalg.norm(own_m, axis=1)[:, None]
-    area = np.maximum((boxes_px[:, 2:] - boxes_px[:, :2]).prod(axis=1), 1e-9)
+    area = np.maximum(areas_of(boxes_px), 1e-9)
     return np.asarray((np.where(in_front, shared, 0.0) / area[:, None]).max(axis=1, initial=0.0))
 
 

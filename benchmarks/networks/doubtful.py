@@ -28,7 +28,7 @@ from benchmarks.networks.composed_people import TWICE, Composed, Kind, composed
 from benchmarks.networks.networks_at_hand import add_models_option
 from proxemetry.camera.choice import PictureLines
 from proxemetry.errors import PhotoError
-from proxemetry.overlap import pairwise_iou
+from proxemetry.overlap import areas_of, pairwise_iou, shared_areas
 from proxemetry.people import People, PoseBackend
 from proxemetry.people.doubts import PersonDoubt, doubts_of
 from proxemetry.photo import Photo, RGBArray
@@ -96,11 +96,8 @@ def seen_in(photo: Photo, backend: PoseBackend) -> People:
 def those_of(found: People, made: Composed) -> NDArray[np.intp]:
     """Return the rows of the people found that are the composed ones."""
     if made.kind in (Kind.POSTER, Kind.LEGS, Kind.HEAD):
-        low = np.maximum(found.boxes_px[:, :2], made.boxes_px[0, :2])
-        high = np.minimum(found.boxes_px[:, 2:], made.boxes_px[0, 2:])
-        area = np.maximum(high - low, 0.0).prod(axis=1)
-        own = np.maximum((found.boxes_px[:, 2:] - found.boxes_px[:, :2]).prod(axis=1), 1e-9)
-        return np.flatnonzero(area / own > _INSIDE)
+        area = shared_areas(found.boxes_px, made.boxes_px[:1])[:, 0]
+        return np.flatnonzero(area / np.maximum(areas_of(found.boxes_px), 1e-9) > _INSIDE)
     boxes = made.boxes_px[-1:] if made.kind is Kind.MIRRORED else made.boxes_px
     overlap = np.nan_to_num(pairwise_iou(found.boxes_px, boxes))
     return np.flatnonzero((overlap > (0.5 if made.kind in TWICE else _OVERLAP)).any(axis=1))

@@ -31,16 +31,23 @@ def pairwise_iou(a: FloatArray, b: FloatArray) -> FloatArray:
 
     It is NaN where one of the two is no box, of NaN or both without area.
     """
+    shared = shared_areas(a, b)
+    union = areas_of(a)[:, None] + areas_of(b) - shared
+    return np.divide(shared, union, out=np.full_like(union, np.nan), where=union > 0)
+
+
+def shared_areas(a: FloatArray, b: FloatArray) -> FloatArray:
+    """Return the area that boxes (N, 4) share with others (M, 4), shape (N, M); NaN with a box of NaN."""
     # axis by axis: arrays (N, M, 2) and products along them take four times as long
     wide = np.minimum(a[:, 2, None], b[:, 2]) - np.maximum(a[:, 0, None], b[:, 0])
     high = np.minimum(a[:, 3, None], b[:, 3]) - np.maximum(a[:, 1, None], b[:, 1])
     shared = np.maximum(wide, 0.0, out=wide)
     shared *= np.maximum(high, 0.0, out=high)
-    union = _areas(a)[:, None] + _areas(b) - shared
-    return np.divide(shared, union, out=np.full_like(union, np.nan), where=union > 0)
+    return shared
 
 
-def _areas(boxes: FloatArray) -> FloatArray:
+def areas_of(boxes: FloatArray) -> FloatArray:
+    """Return the areas of boxes (N, 4), shape (N,); 0 of one that is turned inside out."""
     sides = np.maximum(boxes[:, 2:] - boxes[:, :2], 0.0)
     return sides[:, 0] * sides[:, 1]
 

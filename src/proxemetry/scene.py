@@ -23,7 +23,6 @@ from .distances import Distances, measure_distances
 from .errors import OutputError, ProxemetryError
 from .people import People
 from .people.doubts import PersonDoubt, doubts_of
-from .people.duplicates import possible_duplicates
 from .people.skeleton import COCO_17
 from .photo.about import About
 from .proxemics import Proxemics, measure_proxemics
@@ -145,7 +144,7 @@ class Scene:
     @cached_property
     def possible_duplicates(self) -> NDArray[np.bool_]:
         """Shape (P,): who may be another person, found a second time."""
-        return possible_duplicates(self.people)
+        return np.array([PersonDoubt.POSSIBLE_DUPLICATE in reasons for reasons in self.doubts], dtype=bool)
 
     @cached_property
     def doubts(self) -> tuple[tuple[PersonDoubt, ...], ...]:

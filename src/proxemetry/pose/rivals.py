@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import FloatArray
-from ..overlap import pairwise_iou
+from ..overlap import areas_of, pairwise_iou, shared_areas
 from ..people.rival import Rival
 
 #: The classes of detectors trained on COCO, in its order (cocodataset.org).
@@ -36,8 +36,6 @@ COMPANIONS = frozenset((
 SAME_PLACE = 0.7
 #: Rivals that score less than this part of the person's score are none.
 LEAST_RATIO = 0.05
-
-
 #: What shows people who are not there: one that lies inside of it may be on a screen, a poster or a page.
 SHOWING = ("tv", "laptop", "cell phone", "book", "microwave", "oven", "refrigerator")
 #: So much of a person's box lies inside such a thing: frames cut feet and elbows, and boxes are not exact.
@@ -100,7 +98,5 @@ def _in_the_same_place(people: FloatArray, others: FloatArray) -> NDArray[np.boo
 
 def _inside(people: FloatArray, others: FloatArray) -> NDArray[np.bool_]:
     """Return which people (R, 4) lie inside of which boxes (M, 4), shape (R, M)."""
-    wide = np.minimum(people[:, 2, None], others[:, 2]) - np.maximum(people[:, 0, None], others[:, 0])
-    high = np.minimum(people[:, 3, None], others[:, 3]) - np.maximum(people[:, 1, None], others[:, 1])
-    areas = np.maximum((people[:, 2:] - people[:, :2]).prod(axis=1), 1e-9)
-    return np.maximum(wide, 0.0) * np.maximum(high, 0.0) >= INSIDE * areas[:, None]
+    areas = np.maximum(areas_of(people), 1e-9)
+    return shared_areas(people, others) >= INSIDE * areas[:, None]
