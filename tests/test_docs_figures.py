@@ -122,6 +122,16 @@ FIGURES = {
     ],
 }
 
+#: The first table of docs/backends.md: its row -> the row of the measured table below that each column quotes.
+SUMMARY = {
+    "clear people found, of 52": r"^\| `{name}` normal \| (\d+) of 52 ",
+    r"hard people found \(small, hidden, cut\), of 27": r"^\| `{name}` normal \|[^|]*\| (\d+) of 27 ",
+    "found twice; false people": r"^\| `{name}` normal (?:\|[^|]*){{2}}\| (\d+) \| (\d+) ",
+    "same photo, changed and measured again[^|]*": r"^\| `{name}` \| \*\*all of its own\*\* \| \d+ \| (\d+) ",
+    "people under a camera on a mast[^|]*": r"^\| `{name}` (?:\| [\d.]+ %? ?){{4}}\| ([\d.]+) % [^|]*\| (\d+) ",
+    "rendered people seen from above[^|]*": r"^\| all \| `{name}` (?:\|[^|]*){{4}}\| ([\d.]+) % \| (\d+) ",
+}
+
 
 def _values(page: str, pattern: str) -> list[float]:
     found = re.findall(pattern, (ROOT / page).read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL)
@@ -137,6 +147,18 @@ def test_a_figure_is_the_same_wherever_it_stands(what: str) -> None:
         (quoted,) = _values(other, other_pattern)
         exact = quoted == pytest.approx(measured, abs=1e-9)
         assert exact or quoted == round(measured), f"{what}: {measured} on {page}, {quoted} on {other}"
+
+
+@pytest.mark.parametrize("row", SUMMARY)
+@pytest.mark.parametrize("column", range(3))
+def test_the_summary_of_back_ends_quotes_the_tables(row: str, column: int) -> None:
+    page = (ROOT / "docs" / "backends.md").read_text(encoding="utf-8")
+    names = re.findall(r"`([a-z-]+)`", page[page.index("| | `") :].partition("\n")[0])
+    summary = re.search(rf"^\| {row} \|(.*)\|$", page, re.MULTILINE)
+    measured = re.search(SUMMARY[row].format(name=names[column]), page, re.MULTILINE)
+    assert summary is not None and measured is not None
+    cell = summary.group(1).split("|")[column]
+    assert tuple(re.findall(r"[\d.]+", cell)) == measured.groups(), (row, names[column])
 
 
 def test_people_found_are_the_same_in_the_readme_and_on_the_page() -> None:
