@@ -29,19 +29,19 @@ PART_RULES: dict[str, tuple[str, ...]] = {
 }
 
 PEOPLE_RULES = (
-    "Annotate everybody whose place was measured, with at least one of the four points.",
+    "Annotate everyone whose place was measured, with at least one of the four points.",
     "One tag is one person: within a shoot P2 is the same person, at the same place, in every photo.",
     "Others who happen to be in the picture: blur them before you publish the photos, or leave the photo out. Whoever "
     "is found but not annotated counts as found falsely.",
 )
 
 PLACE_RULES = (
-    "During a shoot everybody stays in the same place; the camera may move to other places and change its lens. When "
+    "During a shoot everyone stays in the same place; the camera may move to other places and change its lens. When "
     "people move, begin a new shoot.",
     "Measure on one level floor, from mark to mark: a person's mark is the middle between the feet (seated: below the "
     "hips), a camera's the point below the lens.",
     "Tiles of equal size are a ready grid: type coordinates. Otherwise tape each mark to at least three others.",
-    "With the consent of everybody in the pictures.",
+    "With the consent of everyone in the pictures.",
 )
 
 CAMERA_RULES = (

@@ -29,10 +29,10 @@ export function canTakeNames(view) {
 }
 
 export function takeNames(view) {
-  if (!canTakeNames(view)) return tell("Only where as many people are unnamed here as were named on the photo before", true);
+  if (!canTakeNames(view)) return tell("Only where as many people are unnamed here as were named on the previous photo", true);
   const middle = (p) => Object.values(p.points).reduce((sum, [x], _, all) => sum + x / all.length, 0);
   const people = [...view.fields.people].sort((a, b) => middle(a) - middle(b));
-  return view.act("name_people", { names: people.map((p, k) => ({ person: p.key, tag: view.fields.before[k] })) }, "Named as on the photo before: look whether it is so");
+  return view.act("name_people", { names: people.map((p, k) => ({ person: p.key, tag: view.fields.before[k] })) }, "Named as on the previous photo: check that the names are right");
 }
 
 export async function askAndPlace(view) {

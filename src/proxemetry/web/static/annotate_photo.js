@@ -236,7 +236,7 @@ export class PhotoView extends KeptChanges {
   }
 
   skip() {
-    return this.act("skip", { skipped: !this.fields.skipped }, this.fields.skipped ? "Taken in again" : "Left out");
+    return this.act("skip", { skipped: !this.fields.skipped }, this.fields.skipped ? "Included again" : "Left out");
   }
 
   async done() {

@@ -25,7 +25,7 @@ function steps(about) {
   const rule = (text) => html("li", { text });
   return html("section", { class: "steps", "aria-label": "How it goes" },
     html("ol", {},
-      html("li", {}, html("b", { text: "Photos. " }), "Open each photo, put the proposed points right, and name everybody whose place you measured."),
+      html("li", {}, html("b", { text: "Photos. " }), "Open each photo, correct the proposed points, and name everyone whose place you measured."),
       html("li", {}, html("b", { text: "Places. " }), "Type coordinates or taped distances, once for each shoot."),
       html("li", {}, html("b", { text: "Check and score. " }), "See what is missing, then how well the tool measures your photos.")),
     html("details", {}, html("summary", { text: "The benchmark's rules for people" }), html("ul", {}, about.rules.people.map(rule))));

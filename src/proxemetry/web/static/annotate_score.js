@@ -86,7 +86,7 @@ export async function showScore(main, about) {
     if (closed) return;
     start.disabled = false;
     stop.hidden = bar.hidden = true;
-    told.textContent = state.status === "failed" ? state.error : state.status === "stopped" ? "Stopped. What was measured stays; start again to go on." : "";
+    told.textContent = state.status === "failed" ? state.error : state.status === "stopped" ? "Stopped. What was measured stays; start again to continue." : "";
     told.classList.toggle("problem", state.status === "failed");
     if (state.status === "done") table.replaceChildren(...results(state.result));
   }

@@ -33,7 +33,7 @@ export class CalibrateView {
       html("section", { class: "stage", "aria-label": "Picture" },
         html("div", { class: "head" }, html("a", { class: "button", href: this.photoAddress, text: "Photo" }), html("h1", { text: `Calibrate: ${fields.photo}` })),
         this.notice, this.canvas, this.actions),
-      html("aside", { class: "side", "aria-label": "Points, lengths and what they tell" }, this.panel));
+      html("aside", { class: "side", "aria-label": "Points, lengths and what they show" }, this.panel));
     main.replaceChildren(this.root);
     this.overlay = new CalibrateCanvas(this.canvas, on);
     this.overlay.show(fields, this.marks, this.state);
@@ -177,7 +177,7 @@ export class CalibrateView {
   draw() {
     this.buttons();
     this.banner();
-    this.panel.replaceChildren(...this.pointTable(), ...this.lengthTable(), this.lensLine(), this.answer = html("section", { class: "found", "aria-label": "What the points tell", "aria-live": "polite" }), this.saving());
+    this.panel.replaceChildren(...this.pointTable(), ...this.lengthTable(), this.lensLine(), this.answer = html("section", { class: "found", "aria-label": "What the points show", "aria-live": "polite" }), this.saving());
     this.tellFound();
     this.showMisses();
     this.lightRows();
@@ -296,7 +296,7 @@ export class CalibrateView {
     const { found } = this.state;
     if (!found) return;
     const { lens } = found;
-    if (lens) this.lensText.textContent = lens.focal_px ? `Focal length ${lens.focal_px} px (${lens.source}).` : "Focal length unknown: the points tell it, the better the further apart they are.";
+    if (lens) this.lensText.textContent = lens.focal_px ? `Focal length ${lens.focal_px} px (${lens.source}).` : "Focal length unknown: the points determine it, the better the farther apart they are.";
     const is = found.status === "found";
     this.saveButton.disabled = !is;
     this.download.hidden = !is;
@@ -310,7 +310,7 @@ export class CalibrateView {
     this.answer.replaceChildren(heading,
       ...lines.map((line) => html("p", { class: found.status === "problem" ? "problem" : null, text: line.replace(/ {2,}/g, "  ") })),
       ...(found.notes ?? []).map((text) => html("p", { class: "hint", text })),
-      is && html("p", { class: "hint", text: "Look whether grid lines follow the paving and the horizon lies where distant people's eyes would be at the camera's height." }) || "");
+      is && html("p", { class: "hint", text: "Check that grid lines follow the paving and that the horizon lies where distant people's eyes would be at the camera's height." }) || "");
   }
 
   showMisses() {
@@ -330,7 +330,7 @@ export class CalibrateView {
 
   async save() {
     const name = this.fileName();
-    if (!name) return tell("A name is letters, digits, dots, hyphens and underscores", true);
+    if (!name) return tell("A name may have letters, digits, dots, hyphens and underscores", true);
     try {
       const { file, measure } = await api.saveCamera(this.fields.id, name, this.request);
       this.saved.textContent = `Saved as ${file}. Then: ${measure}`;

@@ -121,7 +121,7 @@ export function askSize(person, now) {
       take(found[0]);
     };
     dialog.replaceChildren(html("h2", { id: "dialog-title", text: `Body size of person ${person}` }),
-      html("p", { class: "hint", text: "Whose body lengths to expect. Only say so where you are sure: a wrong size is worse than none." }),
+      html("p", { class: "hint", text: "Which body lengths to expect. State them only where you are sure: a wrong size is worse than none." }),
       html("div", { class: "row choices" }, buttons),
       html("div", { class: "row" }, html("button", { type: "button", onclick: () => dialog.close(), text: "Cancel" })));
     dialog.addEventListener("keydown", pressed);

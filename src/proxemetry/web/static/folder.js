@@ -70,7 +70,7 @@ export async function showFolder(main, opened) {
     start.disabled = false;
     stop.hidden = true;
     if (state.status === "failed") told.textContent = state.error;
-    else if (state.status === "stopped") told.textContent = "Stopped. What was measured stays; measure the folder again to go on.";
+    else if (state.status === "stopped") told.textContent = "Stopped. What was measured stays; measure the folder again to continue.";
     else {
       await api.openMeasured();
       opened();

@@ -5,7 +5,7 @@ import { html, metres, plural } from "./elements.js";
 
 const SHOWS = {
   all: "All photos", unchecked: "Not yet reviewed", pairs: "With distances", nobody: "No people found",
-  camera: "Camera doubtful or unknown", doubles: "A person perhaps twice", doubts: "Somebody perhaps no person", failed: "Could not be read", corrected: "Corrected", excluded: "Excluded",
+  camera: "Camera doubtful or unknown", doubles: "A person perhaps found twice", doubts: "A person in doubt", failed: "Could not be read", corrected: "Corrected", excluded: "Excluded",
   notes: "With a note",
 };
 const SORTS = { name: "Name", uncertain: "Least certain first", nearest: "Nearest pair first", people: "Most people first", doubts: "Most doubtful people first" };
@@ -60,7 +60,7 @@ function card(photo, query) {
     photo.status === "failed" && ["not read", "warn"],
     photo.assumed && photo.status === "ok" && ["lens assumed", ""],
     photo.doubtful && !photo.assumed && photo.status === "ok" && ["camera doubtful", "warn"],
-    photo.duplicates > 0 && ["a person perhaps twice", "warn"],
+    photo.duplicates > 0 && ["perhaps found twice", "warn"],
     photo.doubts > photo.duplicates && ["perhaps no person", "warn"],
     photo.spread > 1 && ["wide interval", ""],
     photo.corrections > 0 && [plural(photo.corrections, "correction", "corrections"), "done"],

@@ -8,7 +8,7 @@ export function typedNumber(text) {
   if (trimmed === "") return null;
   if (!/^\d+([.,]\d+)?$/.test(trimmed)) throw new NotANumber(`"${trimmed.slice(0, 20)}" is not a number: write it like 50 or 50,5`);
   const value = Number(trimmed.replace(",", "."));
-  if (value === 0) throw new NotANumber("A length is more than 0.");
+  if (value === 0) throw new NotANumber("A length must be more than 0.");
   return value;
 }
 
@@ -18,7 +18,7 @@ export function typedMetres(text, signed = false) {
   const fits = signed ? /^-?\d+([.,]\d+)?$/ : /^\d+([.,]\d+)?$/;
   if (!fits.test(trimmed)) throw new NotANumber(`"${trimmed.slice(0, 20)}" is no number of metres: write it like 2.4 or 2,4`);
   const value = Number(trimmed.replace(",", "."));
-  if (!signed && value === 0) throw new NotANumber("A distance is more than 0.");
+  if (!signed && value === 0) throw new NotANumber("A distance must be more than 0.");
   return value;
 }
 
