@@ -134,7 +134,8 @@ SUMMARY = {
 
 
 def _values(page: str, pattern: str) -> list[float]:
-    found = re.findall(pattern, (ROOT / page).read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL)
+    text = (ROOT / page).read_text(encoding="utf-8")
+    found = re.findall(pattern.replace(" ", r"\s+"), text, re.MULTILINE | re.DOTALL)  # wherever lines are broken
     assert found, f"{page} has no {pattern}"
     return [100 * float(text) if text.startswith("0.") else float(text) for text in found[:1]]
 
