@@ -1,5 +1,6 @@
 """Damaged, copied-over, young and vanished results folders: each is one line, and rot is named."""
 
+import csv
 import os
 import shutil
 import socket
@@ -15,11 +16,14 @@ from proxemetry.archive.review.corrections import FILE, Log
 from proxemetry.archive.run import run as run_module
 from proxemetry.archive.run.run import run
 from proxemetry.archive.run.work import Job
-from proxemetry.archive.store import damage, parts
+from proxemetry.archive.store import damage, parts, usable
 from proxemetry.archive.store.folder import Folder
+from proxemetry.archive.store.index import cards
 from proxemetry.archive.store.results import Results
 from proxemetry.cli import main
 from proxemetry.errors import OutputError
+from proxemetry.evaluate import predict_photos
+from proxemetry.settings import Settings
 from synthetic.small_photos import write_photo
 
 POSE = "python:synthetic.small_photos:two_people"
@@ -47,24 +51,104 @@ def test_every_flipped_bit_of_a_part_is_noticed(original: Path) -> None:
     assert not damage.is_whole(b"")
 
 
-def test_rot_is_named_and_measured_again_on_request(
-    original: Path, results: Path, capsys: pytest.CaptureFixture[str]
+def _rot(path: Path) -> bytes:
+    """Flip a bit of a file and return what it was."""
+    content = path.read_bytes()
+    damaged = bytearray(content)
+    damaged[len(content) // 3] ^= 4
+    path.write_bytes(damaged)
+    return content
+
+
+def _rows(results: Path, table: str) -> list[dict[str, str]]:
+    with (results / f"{table}.csv").open() as file:
+        return list(csv.DictReader(file))
+
+
+def _every_reader(results: Path, tmp_path: Path) -> list[list[str]]:
+    there = str(results)
+    more = [["figures", there, "--out", str(tmp_path / "f")], ["summary", there, "--methods"]]
+    return [*_commands(results), *more, ["export", there, "--format", "spss,xlsx", "--out", str(tmp_path / "e")]]
+
+
+def test_rot_is_named_once_and_the_rest_is_read(
+    original: Path, results: Path, tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
+    before = _rows(results, "pairs")
+    _rot(results / "scenes/part-000003.parquet")
+    for command in _every_reader(results, tmp_path):
+        usable._warn.cache_clear()  # every command is a process of its own
+        caplog.clear()
+        assert main(command) == 1, command
+        (said,) = [record.message for record in caplog.records]
+        assert "part-000003.parquet: damaged after it was written: its 1 photo is without results" in said
+        assert "--repair measures it again" in said
+    lost = before[3]["photo"]
+    assert [row for row in before if row["photo"] != lost] == _rows(results, "pairs")
+    photos = _rows(results, "photos")
+    assert [row["status"] for row in photos] == ["ok", "ok", "ok", "failed", "ok"]
+    assert (photos[3]["photo"], photos[3]["n_people"], photos[3]["reason"]) == (lost, "", usable.REASON)
+    assert "--repair measures it again" in (results / "report.html").read_text()
+    written = {path.name for path in (tmp_path / "f").rglob("*.png")}
+    assert len(written) == 8
+    assert not any(Path(lost).name in name for name in written)
+
+
+def test_rot_is_measured_again_on_request(original: Path, results: Path, capsys: pytest.CaptureFixture[str]) -> None:
     before = (results / "pairs.csv").read_bytes()
-    part = results / "scenes/part-000003.parquet"
-    content = bytearray(part.read_bytes())
-    content[len(content) // 3] ^= 4
-    part.write_bytes(content)
-    for command in (["export", str(results)], ["report", str(results)]):
-        assert main(command) == 2
-        said = capsys.readouterr().err
-        assert said.count("\n") == 1
-        assert "part-000003.parquet: damaged" in said
-        assert "--repair" in said
-    assert _measure(original / "photos", results) == 2
+    _rot(results / "scenes/part-000003.parquet")
+    assert main(["export", str(results)]) == 1
+    assert _measure(original / "photos", results) == 2  # a run leaves nothing out
+    said = capsys.readouterr().err
+    assert "part-000003.parquet: damaged since it was written; delete it (or add --repair)" in said
     assert _measure(original / "photos", results, "--repair") == 0
     assert "1 damaged part removed" in capsys.readouterr().err
     assert (results / "pairs.csv").read_bytes() == before
+    assert main(["report", str(results)]) == 0
+
+
+def test_tables_without_what_is_damaged_are_written_anew_once_it_is_mended(results: Path) -> None:
+    before = (results / "photos.csv").read_bytes()
+    part = results / "scenes/part-000001.parquet"
+    state = part.stat()
+    whole = _rot(part)
+    os.utime(part, ns=(state.st_atime_ns, state.st_mtime_ns))  # as a disk rots
+    Results.open(results).write_tables()
+    assert (results / "photos.csv").read_bytes() != before
+    part.write_bytes(whole)
+    os.utime(part, ns=(state.st_atime_ns, state.st_mtime_ns))
+    assert not Results.open(results).tables_are_current()
+    assert main(["report", str(results)]) == 0
+    assert (results / "photos.csv").read_bytes() == before
+
+
+def test_the_review_and_scenes_have_what_is_whole(results: Path) -> None:
+    parts_there = sorted((results / "scenes").glob("part-*.parquet"))
+    for path in (parts_there[0], parts_there[4]):
+        _rot(path)
+    stored = Results.open(results)
+    scenes = list(stored.scenes())
+    assert [scene.status for scene in scenes] == ["failed", "ok", "ok", "ok", "failed"]
+    assert [card.photo for card in cards(stored)] == [scene.photo for scene in scenes]
+    assert [card.status for card in cards(stored)] == [scene.status for scene in scenes]
+    assert cards(stored)[4].reason == usable.REASON
+    assert [s.photo for s in stored.scenes([scenes[4].photo, scenes[1].photo])] == [scenes[1].photo, scenes[4].photo]
+
+
+def test_what_is_wholly_damaged_is_one_line(results: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    for path in (results / "scenes").glob("part-*.parquet"):
+        _rot(path)
+    for command in _commands(results):
+        assert main(command) == 2
+        assert "part-000000.parquet and 4 more: damaged since" in capsys.readouterr().err
+
+
+def test_a_benchmark_leaves_no_photo_out(original: Path, results: Path) -> None:
+    shutil.rmtree(results)
+    predict_photos(original / "photos", results, {"scene": Settings()}, pose=POSE, jobs=0)
+    _rot(results / "scenes/part-000003.parquet")
+    with pytest.raises(OutputError, match=r"part-000003.parquet: damaged"):
+        predict_photos(original / "photos", results, {"scene": Settings()}, pose=POSE, jobs=0)
 
 
 def test_stray_copies_are_ignored_and_told(results: Path, caplog: pytest.LogCaptureFixture) -> None:

@@ -121,7 +121,7 @@ def test_pairs_find_their_photos_by_place_as_by_name(tmp_path, monkeypatch):
     assert results.tables_are_current()
     assert results.tables_belong_together()
     by_place = summarise(results, ["folder"])
-    monkeypatch.setattr(Results, "tables_belong_together", lambda self: False)
+    monkeypatch.setattr(Results, "tables_belong_together", lambda *_: False)
     by_name = summarise(results, ["folder"])
     assert repr(by_place.groups) == repr(by_name.groups)  # NaN is not itself
     assert by_place.nearest_m.tolist() == by_name.nearest_m.tolist()

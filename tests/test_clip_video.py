@@ -5,6 +5,7 @@ import json
 import os
 import platform
 import re
+import shutil
 import signal
 import subprocess
 import sys
@@ -188,6 +189,21 @@ def test_the_same_command_again_measures_nothing_again(made, results, monkeypatc
     assert "seconds_within_0.8" in table(results, "exposure")[0]
     monkeypatch.undo()
     assert video(made, results) == 0
+
+
+@pytest.mark.parametrize("kind", ["flipped", "gone"])
+def test_frames_whose_part_is_damaged_or_gone_are_measured_again(kind, made, results, tmp_path, capsys):
+    there = Path(shutil.copytree(results, tmp_path / "out"))
+    before = (there / "frames.csv").read_bytes()
+    part = there / "scenes" / "part-000000.parquet"
+    content = bytearray(part.read_bytes())
+    part.unlink()
+    if kind == "flipped":
+        content[len(content) // 3] ^= 4
+        part.write_bytes(content)
+    assert video(made, there) == 0
+    assert (there / "frames.csv").read_bytes() == before
+    assert ("part-000000.parquet: damaged since" in capsys.readouterr().err) == (kind == "flipped")
 
 
 def test_other_settings_are_refused(made, results, capsys):

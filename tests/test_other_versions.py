@@ -8,14 +8,18 @@ from pathlib import Path
 import duckdb
 import pytest
 
+from proxemetry.archive.figures.summary import summarise
 from proxemetry.archive.store import damage, earlier, parts
 from proxemetry.archive.store.folder import Folder
 from proxemetry.archive.store.identity import MODELS, SETTINGS, SETTINGS_SHA256, VERSION
 from proxemetry.archive.store.index import cards
 from proxemetry.archive.store.results import Results
+from proxemetry.benchmark.labels import BODY_FILE, PHOTOS_FILE, TRUTH_FILE
 from proxemetry.cli import main
 from proxemetry.clip.tables_again import write_again
+from proxemetry.errors import OutputError
 from proxemetry.scene import Scene
+from synthetic.small_photos import HEIGHT, WIDTH
 
 POSE = "python:synthetic.small_photos:two_people"
 
@@ -37,7 +41,7 @@ def _rewrite(path: Path, selected: str, *, sealed: bool = True) -> None:
     temporary = path.with_suffix(".new")
     with duckdb.connect() as duck:
         pairs = duck.execute("SELECT decode(key), decode(value) FROM parquet_kv_metadata(?)", [str(path)]).fetchall()
-        metadata = {key: value for key, value in pairs if key != damage.DIGEST}
+        metadata = {key: value for key, value in pairs if key not in (damage.DIGEST, "proxemetry_made_of")}
         if sealed:
             metadata[damage.DIGEST] = damage.BLANK
         texts = ", ".join(f"{key}: '{value}'" for key, value in metadata.items())
@@ -57,6 +61,21 @@ def _parts(results: Path) -> list[Path]:
 def _table(results: Path, name: str) -> list[dict[str, str]]:
     with (results / f"{name}.csv").open() as file:
         return list(csv.DictReader(file))
+
+
+def _labels_of(results: Path, folder: Path) -> Path:
+    """Write labels after which the two people of each photo stand 1 m from one another."""
+    folder.mkdir()
+    people = _table(results, "people")
+    marks = [
+        f"P{p['person']},Shoulder,{p['shoulder_u_px']},{p['shoulder_v_px']},{Path(p['photo']).name},{WIDTH},{HEIGHT}"
+        for p in people
+    ]
+    (folder / BODY_FILE).write_text("\n".join(marks) + "\n")
+    (folder / TRUTH_FILE).write_text("s,P0,0,0,3000\ns,P1,1000,0,3000\ns,C1,0,0,0\n")
+    photos = sorted({Path(p["photo"]).name for p in people})
+    (folder / PHOTOS_FILE).write_text("".join(f"s,C1,{photo}\n" for photo in photos))
+    return folder
 
 
 def _fails(command: Iterable[str], capsys: pytest.CaptureFixture[str]) -> str:
@@ -139,7 +158,9 @@ def test_a_part_of_before_digests_is_no_damage(results: Path, capsys: pytest.Cap
     content = bytearray(_parts(results)[1].read_bytes())
     content[len(content) // 3 : len(content) // 3 + 400] = bytes(400)
     _parts(results)[1].write_bytes(bytes(content))
-    assert "part-000001.parquet: damaged" in _fails(["export", str(results)], capsys)
+    capsys.readouterr()
+    assert main(["export", str(results)]) == 1
+    assert [row["status"] for row in _table(results, "photos")] == ["ok", "failed", "ok", "ok", "ok"]
 
 
 def test_a_flipped_bit_in_the_digests_key_is_damage(results: Path) -> None:
@@ -164,16 +185,56 @@ def test_it_is_said_once_and_names_the_columns(results: Path, caplog: pytest.Log
 @pytest.mark.parametrize(
     "selected", ["* EXCLUDE (nearest_m)", "* REPLACE ('far'::VARCHAR AS nearest_m)"], ids=["missing", "retyped"]
 )
-def test_tables_of_another_version_are_not_called_damaged(
-    selected: str, results: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_tables_of_another_version_are_not_called_damaged(selected: str, results: Path) -> None:
     _rewrite(results / "people.parquet", selected, sealed=False)
-    said = _fails(["summary", str(results)], capsys)
-    assert "people.parquet: written by another version of proxemetry (column nearest_m" in said
-    assert "proxemetry export" in said
-    assert "damaged" not in said
-    assert main(["export", str(results)]) == 0
-    assert main(["summary", str(results)]) == 0
+    with pytest.raises(OutputError, match=r"people.parquet: written by another version .*column nearest_m") as refused:
+        summarise(Results.open(results))
+    assert "proxemetry export" in str(refused.value)
+    assert "damaged" not in str(refused.value)
+
+
+@pytest.mark.parametrize("command", [["summary"], ["summary", "--methods"], ["report"]])
+def test_tables_without_a_new_column_are_written_anew_where_they_are_read(
+    command: list[str], results: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    _rewrite(results / "people.parquet", "* EXCLUDE (nearest_m, doubt)", sealed=False)
+    (results / "people.csv").write_text("old")
+    assert main([command[0], str(results), *command[1:]]) == 0
+    assert capsys.readouterr().err == ""
+    assert _table(results, "people")[0]["doubt"] == "none"
+
+
+def test_tables_are_read_elsewhere_where_the_results_cannot_be_written(
+    results: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["summary", str(results), "--csv", "-"]) == 0
+    before = capsys.readouterr().out
+    _rewrite(results / "people.parquet", "* EXCLUDE (nearest_m)", sealed=False)
+    content, writing = (results / "people.parquet").read_bytes(), Folder.writing
+
+    def refused(self: Folder, name: str) -> object:
+        if self.location == str(results):
+            raise OutputError(f"{name}: cannot be written (Read-only file system)")
+        return writing(self, name)
+
+    monkeypatch.setattr(Folder, "writing", refused)
+    assert main(["summary", str(results), "--csv", "-"]) == 0
+    assert capsys.readouterr().out == before
+    assert (results / "people.parquet").read_bytes() == content
+
+
+def test_a_score_reads_the_tables_as_they_are_now(
+    original: Path, results: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    labels = _labels_of(results, tmp_path / "labels")
+    command = ["score", str(results), "--labels", str(labels), "--csv", str(tmp_path / "score.csv")]
+    assert main(command) == 0
+    before = (tmp_path / "score.csv").read_bytes()
+    _rewrite(results / "people.parquet", "*", sealed=False)  # of an unknown state
+    (results / "people.csv").write_text("photo,person\n")
+    assert main(command) == 0
+    assert (tmp_path / "score.csv").read_bytes() == before
+    assert not capsys.readouterr().err
 
 
 def test_tables_are_written_again_where_the_columns_are_others(results: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -86,7 +86,9 @@ def predict_photos(
     paths = [] if images is None else [str(images)] if isinstance(images, str | Path) else list(images)
     job = Job(str(out), pose, settings=Settings(focal=focal or FocalRequest()))
     run(paths, job, jobs=jobs, restart=restart, on_progress=on_progress)
-    scenes = list(Results.open(str(out)).scenes(corrected=False))
+    results = Results.open(str(out))
+    results.require_whole()
+    scenes = list(results.scenes(corrected=False))
     return {
         method: Predictions(
             tuple(prediction_of(scene if scene.status == "failed" else remeasure(scene, chosen)) for scene in scenes),

@@ -12,7 +12,7 @@ from ..clip.columns import codebook_page
 from ..clip.tables_again import is_clip, write_again
 from ..errors import SettingsError
 from ..tables import TABLES
-from . import DONE
+from . import DONE, SOME_FAILED
 from .camera_options import number
 
 FORMATS = (*TABLE_FORMATS, "xlsx", "spss", "coco")
@@ -80,7 +80,7 @@ def run(args: argparse.Namespace) -> int:
         write_coco(results, target)
         written.append(COCO_FILE)
     print(f"written to {target.location}: {', '.join(written)}")
-    return DONE
+    return SOME_FAILED if results.has_damage else DONE
 
 
 def _clip(args: argparse.Namespace) -> int:

@@ -9,7 +9,7 @@ from ..archive.figures.floor_drawings import KINDS, draw
 from ..archive.store.results import Results
 from ..errors import SettingsError
 from ..plots.faces import FACES
-from . import DONE
+from . import DONE, SOME_FAILED
 from .camera_options import number
 
 _EXAMPLES = """examples:
@@ -46,4 +46,4 @@ def run(args: argparse.Namespace) -> int:
         raise SettingsError(
             f"{args.results}: no photo there that was measured is called like {' or '.join(args.photos)}"
         )
-    return DONE
+    return SOME_FAILED if results.has_damage else DONE

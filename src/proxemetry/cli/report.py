@@ -5,10 +5,12 @@ from __future__ import annotations
 import argparse
 import importlib.util
 
+from ..archive.store.results import Results
 from ..errors import SettingsError
 from ..people.attributes import PairsWhere
 from ..plots.faces import FACES
 from ..report import write_report
+from . import DONE, SOME_FAILED
 from .attribute_options import add_pairs_where
 
 _EXAMPLES = """examples:
@@ -47,4 +49,4 @@ def run(args: argparse.Namespace) -> int:
         where=PairsWhere.parsed(args.pairs_where),
     )
     print(f"report: {path}")
-    return 0
+    return SOME_FAILED if Results.open(args.results).has_damage else DONE

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
+from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 
+from ..archive.store.folder import RUN_FILE
 from ..benchmark import DEFAULT_PROTOCOL, PROTOCOLS, Score, score_files
 from ..benchmark.figures import plot_score, plot_table
 from ..benchmark.report import comparison, to_text
@@ -56,11 +59,29 @@ def run(args: argparse.Namespace) -> int:
     if not args.predictions or not args.labels:
         raise SettingsError("score needs PREDICTIONS and --labels DIR, or --check DIR")
     check_output(args, len(args.predictions))
-    scores = {name: score_files(path, args.labels, args.protocol) for name, path in map(_named, args.predictions)}
+    scores, damaged = {}, False
+    for name, path in map(_named, args.predictions):
+        with _answers(path) as (answers, is_damaged):
+            scores[name] = replace(score_files(answers, args.labels, args.protocol), predictions=path)
+        damaged |= is_damaged
     if len(scores) < len(args.predictions):
         raise SettingsError("two predictions have the same name: give each as NAME=FILE")
     show(scores, args)
-    return DONE
+    return SOME_FAILED if damaged else DONE
+
+
+@contextmanager
+def _answers(path: str) -> Generator[tuple[str, bool]]:
+    """Yield where a method's answers are, and whether some are damaged: the tables of results as they are now."""
+    if not Path(path, RUN_FILE).is_file():
+        yield path, False
+        return
+    from ..archive.store.current_tables import current_tables
+    from ..archive.store.results import Results
+
+    results = Results.open(path)
+    with current_tables(results, formats=("csv",)) as tables:
+        yield (path if tables.location == results.folder.location else tables.location), results.has_damage
 
 
 def _doubts(score: Score) -> Iterator[str]:

@@ -14,6 +14,7 @@ from ..archive.figures.focal_bases import in_words
 from ..archive.figures.grouping import GROUPINGS, UNKNOWN
 from ..archive.figures.shoots import shoots_in_words
 from ..archive.figures.summary import Share, Summary, summarise
+from ..archive.store.current_tables import current_tables
 from ..archive.store.folder import Folder
 from ..archive.store.results import Results
 from ..camera import FocalBasis
@@ -22,7 +23,7 @@ from ..files import cell_of
 from ..people.attributes import PairsWhere
 from ..plots.pair_selection import metres_text
 from ..text_tables import Columns, in_blocks, terminal_width
-from . import DONE
+from . import DONE, SOME_FAILED
 from .attribute_options import add_pairs_where
 
 _EXAMPLES = f"""examples:
@@ -56,14 +57,20 @@ def configure(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Print, write and draw the figures; return the exit code."""
     results = Results.open(args.results)
+    with current_tables(results) as tables:
+        _summarise(results, tables, args)
+    return SOME_FAILED if results.has_damage else DONE
+
+
+def _summarise(results: Results, tables: Folder, args: argparse.Namespace) -> None:
     if args.methods:
         from ..archive.figures.methods import methods_paragraph
 
-        print(textwrap.fill(methods_paragraph(results.run, results.folder, PairsWhere.parsed(args.pairs_where)), 100))
-        return DONE
+        print(textwrap.fill(methods_paragraph(results.run, tables, PairsWhere.parsed(args.pairs_where)), 100))
+        return
     by = [name.strip() for text in args.by for name in text.split(",") if name.strip()]
     where = PairsWhere.parsed(args.pairs_where)
-    summary = summarise(results, by, distinct=args.distinct, where=where)
+    summary = summarise(results, by, distinct=args.distinct, where=where, tables=tables)
     if where is not None and args.csv != "-":
         print(f"only people with {where} count, and pairs of two such people")
     if args.csv == "-":
@@ -81,7 +88,6 @@ def run(args: argparse.Namespace) -> int:
 
         for path in draw(summary, args.figures):
             print(path, file=sys.stderr)
-    return DONE
 
 
 def _write_csv(summary: Summary, file: IO[str]) -> None:

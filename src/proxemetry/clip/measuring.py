@@ -19,6 +19,7 @@ from ..archive.run.caller_script import defines_backend
 from ..archive.run.interrupts import WorkerProcesses
 from ..archive.run.schedule import Note, Progress
 from ..archive.store import parts
+from ..archive.store.damage import damaged_parts
 from ..archive.store.folder import Folder
 from ..archive.store.parts import Record, record_of
 from ..errors import ClipError, OutputError, ProxemetryError
@@ -87,11 +88,18 @@ def measure_clip(
     jobs: int,
     on_progress: Callable[[Progress | Note], None],
 ) -> Measured:
-    """Measure every frame that the folder does not have, and return what the clip is; raises ClipError."""
+    """Measure every frame that the folder does not have whole, and return what the clip is; raises ClipError."""
+    damaged = damaged_parts(folder, parts.names_of(folder))
+    for name in damaged:
+        folder.remove(name)
+    if damaged:
+        on_progress(Note(f"{folder.path(damaged[0])}: damaged since it was written: its frames are measured again"))
+    there = parts.finished(folder)
     content = folder.read(FRAMES_FILE)
     if content is not None:
-        return Measured.from_json(content)
-    there = parts.finished(folder)
+        known = Measured.from_json(content)
+        if there.issuperset(range(-(-len(known.times_s) // PART))):
+            return known
     finder, times, sizes, notes = ShotFinder(), list[float](), list[tuple[int, int]](), list[str]()
     writer = _Writer(folder, metadata, on_progress, clip.expected, len(there) * PART)
 

@@ -4,15 +4,13 @@ from __future__ import annotations
 
 import base64
 import io
-from collections.abc import Generator
-from contextlib import contextmanager
 from pathlib import Path
 
 from .. import plots
 from ..archive.figures.methods import methods_paragraph
-from ..archive.store.folder import Folder, is_url
+from ..archive.store.current_tables import current_tables
+from ..archive.store.folder import is_url
 from ..archive.store.results import Results
-from ..archive.store.scratch import scratch_folder
 from ..errors import OutputError, ProxemetryError, SettingsError
 from ..people.attributes import PairsWhere
 from ..photo import Photo
@@ -55,12 +53,13 @@ def write_report(
     results = Results.open(location)
     results.require_finished()
     run = results.run
-    with _tables_of(results, run.get("safe_distance_m"), elsewhere=out is not None) as tables:
+    with current_tables(results, elsewhere=out is not None) as tables:
         numbers = count(tables, group_by, photos, listed, where)
         methods = methods_paragraph(run, tables, where)
     figures = [
         (scene.photo, _data_url(scene, results.location(scene.photo), faces))
         for scene in results.scenes(numbers.sample)
+        if scene.status == "ok"
     ]
     title = f"Distances in {Path(results.folder.location).name}"
     path = Path(out) if out is not None else Path(results.folder.location) / FILE
@@ -74,24 +73,6 @@ def write_report(
     except OSError as error:
         raise OutputError(f"{path}: the report cannot be written ({error.strerror or error})") from error
     return path
-
-
-@contextmanager
-def _tables_of(results: Results, safe_distance_m: float | None, *, elsewhere: bool) -> Generator[Folder]:
-    """Yield the folder with the tables as they are now: on a disk that cannot be written any more, another one."""
-    if results.tables_are_current(safe_distance_m):
-        yield results.folder
-        return
-    try:
-        results.write_tables(safe_distance_m)
-    except OutputError:
-        if not elsewhere:
-            raise
-        with scratch_folder("report") as scratch:
-            results.write_tables(safe_distance_m, Folder(scratch), ("parquet",))
-            yield Folder(scratch)
-    else:
-        yield results.folder
 
 
 def _data_url(scene: Scene, location: str | None, faces: str) -> str:

@@ -16,6 +16,7 @@ from ...errors import OutputError
 from ...people.attributes import PairsWhere
 from ..store.damage import require_columns
 from ..store.duck import attached
+from ..store.folder import Folder
 from ..store.results import Results
 from .grouping import sql_of
 from .restriction import Counted, counted, nearest_of
@@ -97,26 +98,28 @@ _NEEDED = {
 
 
 def summarise(
-    results: Results, by: Sequence[str] = (), *, distinct: bool = False, where: PairsWhere | None = None
-) -> Summary:
+    results: Results, by: Sequence[str] = (), *, distinct: bool = False, where: PairsWhere | None = None,
+    tables: Folder | None = None,
+) -> Summary:  # fmt: skip
     """Return the figures of a finished results folder by year, month, folder or any column of the photos table.
 
     Photos that a reviewer excluded do not count. distinct: copies of one file count once a group. where: only people
-    with these attributes count, and pairs of two such people. Raises SettingsError for an unknown column and where
-    nobody is as `where` has them, OutputError where the tables are not there yet.
+    with these attributes count, and pairs of two such people. tables: the folder that holds the tables, that of the
+    results where None. Raises SettingsError for an unknown column and where nobody is as `where` has them, OutputError
+    where the tables are not there yet.
     """
-    folder = results.folder
+    folder = tables or results.folder
     if not all(folder.exists(f"{table}.parquet") for table in ("photos", "people", "pairs")):
         raise OutputError(f"{folder.location}: no tables there yet; finish the run, then try again")
     keys = [sql_of(name) for name in by]
     duck = attached(folder, threads=None)
     require_columns(folder, duck, _NEEDED)
     names = [f"k{i}" for i in range(len(keys))]
-    tables = counted(folder, where)
+    rows = counted(folder, where)
     with ThreadPoolExecutor(1) as reader:  # pairs and people are read while photos are counted
-        reading = reader.submit(_pairs, results, tables, duck.cursor())
-        nearest = reader.submit(_nearest, tables, duck.cursor())
-        _count_photos(duck, tables, keys, distinct)
+        reading = reader.submit(_pairs, results.tables_belong_together(folder), rows, duck.cursor())
+        nearest = reader.submit(_nearest, rows, duck.cursor())
+        _count_photos(duck, rows, keys, distinct)
         query = f"SELECT {', '.join([*names, *FocalBasis, 'n_photos', 'n_people'])} FROM grouped ORDER BY g"
         listed = duck.execute(query).fetchall()
         group_of_row = _group_of_row(duck, names)
@@ -161,14 +164,14 @@ def _by_row(tables: Counted) -> str:
     return tables.photos if tables.restricted else tables.photos.removesuffix(")") + ", file_row_number = true)"
 
 
-def _pairs(results: Results, tables: Counted, duck: Any) -> dict[str, Any]:
+def _pairs(belong_together: bool, tables: Counted, duck: Any) -> dict[str, Any]:
     """Return columns of all measured pairs: their photo's row in the photos table, distance and probabilities.
 
     Both tables are in the order of names, and the photos' rows have the number of pairs: where both were written
     together, that gives each pair's photo without comparing names. Otherwise the names are joined.
     """
     columns = ", ".join(["distance_m", *(f"p_{zone}" for zone in ZONES)])
-    if not tables.restricted and results.tables_belong_together():
+    if not tables.restricted and belong_together:
         found = duck.execute(f"SELECT {columns} FROM {tables.pairs} WHERE distance_m IS NOT NULL").fetchnumpy()
         each = np.ma.filled(duck.execute(f"SELECT n_pairs FROM {tables.photos}").fetchnumpy()["n_pairs"], 0)
         if int(each.sum()) == len(found["distance_m"]):

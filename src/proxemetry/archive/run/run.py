@@ -15,6 +15,7 @@ from ...pose.recording import Recording
 from ...settings import DEFAULT_METHOD
 from ...version import __version__
 from ..store import manifest, parts
+from ..store.current_tables import MANY
 from ..store.damage import damaged_parts
 from ..store.folder import OVERLAYS, RUN_FILE, Folder, is_url
 from ..store.identity import Identity
@@ -34,8 +35,6 @@ from .workers import InlineWorker, WorkerPool
 
 ENGINES = ("local", "ray")
 MAX_JOBS = 1024
-#: Photos whose tables are not written in a moment.
-_MANY = 50_000
 
 
 @dataclass(frozen=True)
@@ -281,7 +280,8 @@ def _concluded(
     if outcome.complete:
         results = Results(folder)
         if not results.tables_are_current(safe_distance_m):
-            if len(listed) > _MANY:
+            results.require_whole()
+            if len(listed) > MANY:
                 on_progress(Note("writing the tables; a million photos take minutes"))
             results.write_tables(safe_distance_m)
         fields = results.run

@@ -29,10 +29,12 @@ _PARQUET = b"PAR1"
 _TEXT = "VARCHAR"
 
 _THREADS = 8
+#: Subfolder of the parts.
+_SCENES = "scenes"
 #: Files that a folder's own commands read: name of the subfolder, pattern, and what to do about a damaged one.
 _KINDS = (
     (
-        "scenes",
+        _SCENES,
         r"part-\d{6,}\.parquet",
         "delete it (or add --repair), and the same `proxemetry measure` measures its photos again",
     ),
@@ -62,15 +64,29 @@ def is_whole(content: bytes) -> bool:
     return digest.hexdigest().encode() == content[start : start + 64]
 
 
+#: The parts that this process has read and found whole, by folder, name, and the file's size and date.
+_found_whole: set[tuple[object, ...]] = set()
+
+
 def damaged_parts(folder: Folder, names: Sequence[str]) -> list[str]:
-    """Return which of these parts, by their names in the folder, are not what was written, or cannot be read."""
+    """Return which of these parts, by their names in the folder, are not what was written, or cannot be read.
+
+    A process reads a part once for this, as long as its size and date stay the same.
+    """
+    states = {f"{_SCENES}/{name}": state for name, state in folder.states(_SCENES).items()}
 
     def check(name: str) -> bool:
+        key = (folder.location, name, states.get(name))
+        if key in _found_whole:
+            return True
         try:
             content = folder.read(name)
         except OutputError:
             return False
-        return content is not None and (is_whole(content) or _is_of_before_digests(folder, name, content))
+        whole = content is not None and (is_whole(content) or _is_of_before_digests(folder, name, content))
+        if whole and name in states:
+            _found_whole.add(key)
+        return whole
 
     with ThreadPoolExecutor(_THREADS) as pool:
         return [name for name, whole in zip(names, pool.map(check, names), strict=True) if not whole]
@@ -141,7 +157,7 @@ def _find(folder: Folder) -> OutputError | None:
     for subfolder, pattern, advice in _KINDS:
         names = [name for name in folder.names(subfolder, ".parquet") if re.fullmatch(pattern, name)]
         paths = [f"{subfolder}/{name}".lstrip("/") for name in names]
-        if subfolder == "scenes":
+        if subfolder == _SCENES:
             bad = damaged_parts(folder, paths)[:1]
         else:
             bad = [path for path in paths if not _is_readable(folder, path)][:1]

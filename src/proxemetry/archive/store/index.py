@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import posixpath
 from dataclasses import dataclass
+from operator import attrgetter
 
 import numpy as np
 
@@ -75,9 +76,10 @@ def cards(results: Results) -> list[PhotoCard]:
 
     The measured ones come from the tables inside the parts: no scene is read for them.
     """
-    changed = {photo: card_of(scene) for photo, scene in results.corrected().items()}
     if not parts.finished(results.folder):
         return []
+    changed = {photo: card_of(scene) for photo, scene in results.corrected().items()}
+    usable = results.usable
     rows = (
         attached(results.folder)
         .execute(
@@ -88,11 +90,11 @@ def cards(results: Results) -> list[PhotoCard]:
             "coalesce(camera_flags, '') != '' OR coalesce(focal_assumed, false), camera_make, camera_model, "
             "coalesce(focal_assumed, false), len(list_filter(people, lambda p: p.possible_duplicate)), "
             f"len(list_filter(people, lambda p: p.{DOUBT} <> '{NO_DOUBT}')) "
-            f"FROM {parts.every_row(results.folder)} ORDER BY photo"
+            f"FROM {parts.every_row(results.folder, usable.names)} ORDER BY photo"
         )
         .fetchall()
     )
-    return [
+    found = [
         changed.get(photo)
         or PhotoCard(
             photo,
@@ -112,6 +114,7 @@ def cards(results: Results) -> list[PhotoCard]:
         for photo, sha256, status, reason, people, pairs, *figures in rows
         for nearest, spread, doubtful, make, model, assumed, twice, doubts in [figures]
     ]
+    return sorted([*found, *map(card_of, usable.scenes())], key=attrgetter("photo")) if usable.left_out else found
 
 
 def _camera_name(make: str | None, model: str | None) -> str | None:

@@ -196,12 +196,16 @@ def state(folder: Folder) -> str:
     return hashlib.sha256(repr(sorted(rows)).encode()).hexdigest()
 
 
-def every_row(folder: Folder, *, with_names: bool = False, only: Sequence[str] = ()) -> str:
-    """Return the rows of all parts as SQL to select from; there must be a part.
+def every_row(
+    folder: Folder, names: Sequence[str] | None = None, *, with_names: bool = False, only: Sequence[str] = ()
+) -> str:
+    """Return the rows of parts as SQL to select from; there must be a part.
 
-    with_names: with their `filename`. only: those of `earlier.AS_EVER` that are wanted, where no others are.
+    names: of the parts, all of them where None. with_names: with their `filename`. only: those of `earlier.AS_EVER`
+    that are wanted, where no others are.
     """
-    return rows_of(folder, names_of(folder), structure()[1:-1], only=only, with_names=with_names)
+    names = names_of(folder) if names is None else names
+    return rows_of(folder, names, structure()[1:-1], only=only, with_names=with_names)
 
 
 def rows_of_shards(folder: Folder, shards: Iterable[int], duck: Any) -> str:
@@ -264,15 +268,15 @@ def measured_files(folder: Folder, shards: Iterable[int], cursor: Any = None) ->
 
 
 def scenes(
-    folder: Folder, photos: Iterable[str] | None = None, *, files: Iterable[str] | None = None
+    folder: Folder, names: Sequence[str], photos: Iterable[str] | None = None, *, files: Iterable[str] | None = None
 ) -> Iterator[Scene]:
-    """Yield the scenes of a results folder in the order of their names, as measured.
+    """Yield the scenes of parts of these names in the order of the photos' names, as measured.
 
     photos: the names of some; files: the SHA-256 of some, whatever they are called.
     """
-    if not finished(folder):
+    if not names:
         return
-    every = every_row(folder, only=AS_EVER)
+    every = every_row(folder, names, only=AS_EVER)
     cursor = attached(folder).cursor()
     if photos is None and files is None:
         cursor.execute(f"SELECT scene FROM {every} ORDER BY photo")
@@ -282,11 +286,11 @@ def scenes(
         yield from (Scene.from_json(text) for (text,) in batch)
 
 
-def photos_of(folder: Folder, photos: Iterable[str], files: Iterable[str]) -> set[str]:
-    """Return which photos there are of these names, or with these SHA-256."""
-    if not finished(folder):
+def photos_of(folder: Folder, names: Sequence[str], photos: Iterable[str], files: Iterable[str]) -> set[str]:
+    """Return which photos of these names, or with these SHA-256, there are in parts of these names."""
+    if not names:
         return set()
-    every = every_row(folder, only=("photo", "sha256"))
+    every = every_row(folder, names, only=("photo", "sha256"))
     found = attached(folder).execute(f"SELECT photo FROM {every} WHERE {_OF_THESE}", _these(photos, files))
     return {photo for (photo,) in found.fetchall()}
 

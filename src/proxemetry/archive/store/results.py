@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import heapq
 import json
 import logging
 import os
@@ -10,6 +11,7 @@ from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from functools import cached_property
+from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
@@ -30,6 +32,7 @@ from .identity import SETTINGS_SHA256
 from .parts import record_of, structure
 from .queries import as_cells, attributes_in, table_query
 from .scratch import scratch_folder
+from .usable import Usable, usable_parts
 
 TABLE_FORMATS = ("csv", "parquet")
 
@@ -70,6 +73,11 @@ class Results:
                 "`proxemetry measure` again"
             )
 
+    @property
+    def is_finished(self) -> bool:
+        """Whether the photos are listed and every part of the run is there."""
+        return manifest.read(self.folder) is not None and not self.missing_shards()
+
     def missing_shards(self) -> list[int]:
         """Return the shards of the manifest whose part is not there."""
         listed = manifest.read(self.folder)
@@ -94,16 +102,39 @@ class Results:
         listed = manifest.read(self.folder)
         return {} if listed is None else {name: self.location(name) for name in listed.names()}
 
+    @property
+    def usable(self) -> Usable:
+        """Which parts can be read now, and the photos of those that cannot."""
+        return usable_parts(self.folder)
+
+    @property
+    def has_damage(self) -> bool:
+        """Whether photos are left out because the file with their results is damaged."""
+        return bool(self.usable.damaged)
+
+    def require_whole(self) -> None:
+        """Raise OutputError where a part is damaged: for those who must not do without any photo."""
+        require_whole(self.folder, parts.names_of(self.folder))
+
     def scenes(self, photos: Iterable[str] | None = None, *, corrected: bool = True) -> Iterator[Scene]:
-        """Yield the scenes in the order of their names, corrections applied; `photos` names some of them."""
+        """Yield the scenes in the order of their names, corrections applied; `photos` names some of them.
+
+        A photo whose results are damaged has a scene that failed.
+        """
         changed = self.corrected() if corrected else {}
-        for scene in parts.scenes(self.folder, photos):
+        wanted = None if photos is None else set(photos)
+        usable = self.usable
+        lost = [scene for scene in usable.scenes() if wanted is None or scene.photo in wanted]
+        measured = parts.scenes(self.folder, usable.names, wanted)
+        for scene in heapq.merge(measured, lost, key=attrgetter("photo")) if lost else measured:
             yield changed.get(scene.photo, scene)
 
     def corrected(self) -> dict[str, Scene]:
         """Return the scenes that a person corrected, by photo, with the corrections applied to what was measured."""
         with self._beside_log() as location:
-            return corrected_scenes(location, lambda names, files: parts.scenes(self.folder, names, files=files))
+            return corrected_scenes(
+                location, lambda names, files: parts.scenes(self.folder, self.usable.names, names, files=files)
+            )
 
     def touched(self) -> set[str]:
         """Return the photos that were corrected by hand, corrections taken back included."""
@@ -111,17 +142,19 @@ class Results:
             entries = entries_at(location)
         if not entries:
             return set()
-        return parts.photos_of(self.folder, {a.photo for a in entries}, {a.sha256 for a in entries} - {""})
+        names, files = {a.photo for a in entries}, {a.sha256 for a in entries} - {""}
+        return parts.photos_of(self.folder, self.usable.names, names, files)
 
     def corrections_of_no_photo(self) -> list[str]:
         """Return the photos that were corrected and whose file is not among those measured any more, by their names."""
         with self._beside_log() as location:
             wanted = by_file(in_force(entries_at(location)))
         files = {key.sha256 for key in wanted} - {""}
-        if not files or not parts.finished(self.folder):
+        usable = self.usable
+        if not files or not usable.names or usable.damaged:  # it may be among those that cannot be read
             return []
         rows = attached(self.folder).execute(
-            f"SELECT DISTINCT sha256 FROM {parts.every_row(self.folder, only=('sha256',))} "
+            f"SELECT DISTINCT sha256 FROM {parts.every_row(self.folder, usable.names, only=('sha256',))} "
             "WHERE sha256 IN (SELECT unnest($files::VARCHAR[]))",
             {"files": sorted(files)},
         )
@@ -149,7 +182,9 @@ class Results:
         """
         target = target or self.folder
         # Before anything is read: where a part is replaced meanwhile, the tables are known to be of an older state.
-        made_of = f"KV_METADATA {{{_MADE_OF}: {quoted(self._state(safe_distance_m))}}}"
+        # Those that lack what is damaged are never current.
+        state = self._state(safe_distance_m, self.usable.damaged)
+        made_of = f"KV_METADATA {{{_MADE_OF}: {quoted(state)}}}"
         duck = self.view()
         options = {"parquet": f"FORMAT parquet, COMPRESSION zstd, {made_of}", "csv": "FORMAT csv, HEADER"}
         attributes = attributes_in(duck)
@@ -168,22 +203,22 @@ class Results:
     def tables_are_current(self, safe_distance_m: float | None = None) -> bool:
         """Return whether all tables are there and hold what `write_tables` would write now."""
         there = all(self.folder.exists(f"{table}.{form}") for table in TABLES for form in TABLE_FORMATS)
-        return there and self._made_of(*TABLES) == {self._state(safe_distance_m)}
+        return there and self._made_of(self.folder, *TABLES) == {self._state(safe_distance_m)}
 
-    def tables_belong_together(self) -> bool:
-        """Return whether photos and pairs (the Parquet files) were written of one state of the results."""
-        made_of = self._made_of("photos", "pairs")
+    def tables_belong_together(self, tables: Folder | None = None) -> bool:
+        """Return whether photos and pairs were written of one state of the results. tables: the folder they are in."""
+        made_of = self._made_of(tables or self.folder, "photos", "pairs")
         return len(made_of) == 1 and None not in made_of
 
-    def _made_of(self, *tables: str) -> set[str | None]:
-        """Return the state of the results that the Parquet tables were made from."""
+    def _made_of(self, where: Folder, *tables: str) -> set[str | None]:
+        """Return the state of the results that the Parquet tables in a folder were made from."""
         query = f"SELECT decode(value) FROM parquet_kv_metadata($path) WHERE decode(key) = '{_MADE_OF}'"
         duck = attached(self.folder, threads=None).cursor()  # a summary runs while other queries do
-        rows = [duck.execute(query, {"path": self.folder.path(f"{t}.parquet")}).fetchone() for t in tables]
+        rows = [duck.execute(query, {"path": where.path(f"{t}.parquet")}).fetchone() for t in tables]
         return {None if row is None else row[0] for row in rows}
 
-    def _state(self, safe_distance_m: float | None) -> str:
-        """Return what tables written now are made of."""
+    def _state(self, safe_distance_m: float | None, damaged: Sequence[str] = ()) -> str:
+        """Return what tables written now are made of; damaged: the parts that they lack."""
         with self._beside_log() as location:
             state = {
                 "version": __version__,
@@ -192,13 +227,14 @@ class Results:
                 "parts": parts.state(self.folder),
                 "corrections": digest(location),
                 "safe_distance_m": safe_distance_m,
+                **({"damaged": damaged} if damaged else {}),
             }
         return json.dumps(state, separators=(",", ":"))
 
     def view(self) -> Any:
-        """Return a DuckDB in which `table_query` finds the rows of all parts, corrections applied.
+        """Return a DuckDB in which `table_query` finds the rows of all photos, corrections applied.
 
-        Raises OutputError where a part is damaged, or none is there.
+        Those whose part is damaged are photos that failed. Raises OutputError where no part is there, or none is whole.
         """
         self._require_parts()
         duck = attached(self.folder, threads=None)
@@ -206,17 +242,16 @@ class Results:
         return duck
 
     def _require_parts(self) -> None:
-        names = parts.names_of(self.folder)
-        if not names:
+        if not parts.finished(self.folder):
             raise OutputError(f"{self.folder.location}: nothing is measured there yet")
-        require_whole(self.folder, names)
         for name in parts.strays(self.folder)[:1]:
             logging.getLogger("proxemetry").warning(f"{self.folder.path(name)}: no part of a run (a copy?); not read")
 
     def _rows(self, duck: Any) -> str:
-        """Return the query for all rows of all parts, those of corrected scenes replaced."""
-        every = f"SELECT * EXCLUDE (scene) FROM {parts.every_row(self.folder)}"
-        changed = self.corrected()
+        """Return the query for the rows of all photos, those of corrected scenes replaced."""
+        usable = self.usable
+        every = f"SELECT * EXCLUDE (scene) FROM {parts.every_row(self.folder, usable.names)}"
+        changed = {scene.photo: scene for scene in usable.scenes()} | self.corrected()
         if not changed:
             return every
         rows = f"[{','.join(record_of(scene).json for scene in changed.values())}]"

@@ -1,0 +1,47 @@
+"""The tables of a results folder as they are to be now, written anew where they are not: who reads them asks here."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Generator, Sequence
+from contextlib import contextmanager
+
+from ...errors import OutputError
+from . import manifest
+from .folder import Folder
+from .results import Results
+from .scratch import scratch_folder
+
+#: Photos whose tables are not written in a moment.
+MANY = 50_000
+
+
+@contextmanager
+def current_tables(
+    results: Results, *, elsewhere: bool = True, formats: Sequence[str] = ("parquet",)
+) -> Generator[Folder]:
+    """Yield the folder with the tables, corrections and every column of this version in them.
+
+    Those of a run that is not finished are as they are. elsewhere: where the results cannot be written to any more, a
+    folder is yielded that does not stay, with tables in these `formats`.
+    """
+    safe_distance_m = results.run.get("safe_distance_m")
+    if results.tables_are_current(safe_distance_m) or not results.is_finished:
+        yield results.folder
+        return
+    listed = manifest.read(results.folder)
+    if listed is not None and len(listed) > MANY:
+        logging.getLogger("proxemetry").warning(
+            f"{results.folder.location}: writing the tables anew, since the results, their corrections or the version "
+            "are others now; a million photos take minutes"
+        )
+    try:
+        results.write_tables(safe_distance_m)
+    except OutputError:
+        if not elsewhere:
+            raise
+        with scratch_folder("tables") as scratch:
+            results.write_tables(safe_distance_m, Folder(scratch), formats)
+            yield Folder(scratch)
+    else:
+        yield results.folder
