@@ -2,6 +2,7 @@
 
 import csv
 import json
+import re
 import struct
 import wave
 from fractions import Fraction
@@ -223,4 +224,64 @@ def test_a_camera_that_moves_all_the_time_is_no_zero(tmp_path, capsys):
     numbers = json.loads((out / "summary.json").read_text())
     assert (numbers["people_at_least"], numbers["people_at_most"]) == (4, 40)
     assert numbers["seconds_not_followed"] == pytest.approx(numbers["seconds"])
-    assert "unknown, not zero" in (out / "report.html").read_text()
+    page = (out / "report.html").read_text()
+    assert "unknown, not zero" in page
+    _says_nothing_of_nearness(out)
+
+
+def _says_nothing_of_nearness(out):
+    """Whether missing is missing on the page, in the summary and in the frames' table, not zero."""
+    table_of_page = re.search(r"<h2>Nearness</h2>.*?</table>", (out / "report.html").read_text(), re.DOTALL)[0]
+    assert "0.0" not in table_of_page and table_of_page.count("<td>–</td>") == 3 * 5
+    assert "<strong>–</strong><span>groups of two and more" in (out / "report.html").read_text()
+    numbers = json.loads((out / "summary.json").read_text())
+    assert numbers["n_groups"] is None
+    for found in numbers["within_m"].values():
+        assert found["events"] is found["events_apart"] is found["share_within_groups"] is None
+        for name in ("pair_seconds", "pair_seconds_apart", "seconds_per_person_minute_apart"):
+            assert set(found[name].values()) == {None}
+    frames = table(out, "frames")
+    assert {row[name] for row in frames for name in row if name.startswith("n_within")} == {""}
+    assert {row["density"] for row in frames} == {""}
+
+
+def test_people_who_cannot_be_placed_are_no_zero(tmp_path, capsys):
+    filmed(tmp_path / "c.avi", [np.full_like(picture(), 128)] * 10)  # no lines, and few people, would tell the camera
+    clips.recorded(tmp_path / "k.json", names("c.avi", np.arange(10) * STEP), clips.walkers(10, STEP)[:, :2])
+    out = tmp_path / "out"
+    assert run(tmp_path, "c.avi", "k.json", out, "--no-assume") == 1
+    said = capsys.readouterr().out
+    assert "the focal length is unknown" in said and "nobody was followed for 2.0 of 2.0 s" in said
+    assert "within 1 m" not in said
+    numbers = json.loads((out / "summary.json").read_text())
+    assert (numbers["people_at_least"], numbers["people_at_most"], numbers["n_tracks"]) == (2, 20, 0)
+    _says_nothing_of_nearness(out)
+
+
+def test_nobody_ever_before_an_unknown_camera_is_zero(tmp_path):
+    filmed(tmp_path / "c.avi", [picture(1)] * 10)
+    clips.recorded(tmp_path / "k.json", names("c.avi", np.arange(10) * STEP), clips.walkers(10, STEP)[:, :1])
+    out = tmp_path / "out"
+    assert run(tmp_path, "c.avi", "k.json", out, "--no-assume") == 1
+    numbers = json.loads((out / "summary.json").read_text())
+    assert numbers["within_m"]["2"]["pair_seconds"]["seconds"] == numbers["seconds_not_followed"] == 0
+    assert {row["n_within_2"] for row in table(out, "frames")} == {"0"}
+
+
+def test_what_a_moving_camera_shows_is_missing_and_the_rest_counts(tmp_path):
+    still = [picture(1)] * 20
+    panned = [np.ascontiguousarray(np.roll(picture(1), 12 * k, axis=1)) for k in range(1, 16)]
+    filmed(tmp_path / "c.avi", still + panned)
+    clips.recorded(tmp_path / "k.json", names("c.avi", np.arange(35) * STEP), clips.walkers(35, STEP))
+    clips.mount().write(tmp_path / "camera.json")
+    out = tmp_path / "out"
+    assert run(tmp_path, "c.avi", "k.json", out, "--mount", str(tmp_path / "camera.json")) == 0
+    frames = table(out, "frames")
+    assert all(row["n_within_2"] for row in frames[:20]) and not any(row["n_within_2"] for row in frames[25:])
+    numbers = json.loads((out / "summary.json").read_text())
+    assert 2 < numbers["seconds_not_followed"] < 4
+    assert numbers["within_m"]["2"]["pair_seconds"]["seconds"] > 0
+    known = [row for row in frames if row["n_within_2"]]
+    rate = 60 * sum(float(r["n_within_2"]) for r in known) / sum(int(r["n_people"]) for r in known)
+    assert numbers["within_m"]["2"]["seconds_per_person_minute"]["value"] == pytest.approx(rate, rel=0.05)
+    assert "The numbers are of the rest." in (out / "report.html").read_text()

@@ -216,7 +216,7 @@ def _print(numbers: dict[str, Any], args: argparse.Namespace) -> None:
         often = "once" if len(moved) == 1 else f"{len(moved)} times"
         print(f"  the camera was moved {often}; see the column shot of frames.csv")
     kind, words = ("_apart", "not of one group") if args.groups == "apart" else ("", "all pairs")
-    limits = numbers["within_m"] if numbers["seconds_not_followed"] < numbers["seconds"] else {}
+    limits = {} if numbers["n_groups"] is None else numbers["within_m"]  # nobody was followed at any time
     for limit, found in limits.items():
         value = found[f"pair_seconds{kind}"]
         print(

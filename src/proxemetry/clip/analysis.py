@@ -73,7 +73,11 @@ class Person:
 
 @dataclass(frozen=True, eq=False)
 class FrameState:
-    """One frame: how many people, their places (n, 2), and what the camera was."""
+    """One frame: how many people, and what the camera was.
+
+    followed: whether no pair in the tables means that nobody was near anybody. Where the camera moves, or people could
+    not be placed and no track bridges the frame, it means that nothing is known.
+    """
 
     t_s: float
     shot: int
@@ -82,6 +86,7 @@ class FrameState:
     reason: str | None
     n_people: int
     n_detected: int
+    followed: bool
 
 
 @dataclass(eq=False)
@@ -115,6 +120,11 @@ class Analysis:
             yield from pairs_over_time(
                 tracks, self.weight_s, self.wanted.within_m, self.sensitivity(shot.camera), DRAWS
             )
+
+    @property
+    def followed(self) -> NDArray[np.bool_]:
+        """Shape (F,), `FrameState.followed` of every frame."""
+        return np.array([f.followed for f in self.frames], dtype=bool)
 
     @property
     def main_camera(self) -> int:
@@ -262,12 +272,19 @@ def _frames(measured: Measured, placed: Sequence[Placed], people: Sequence[Perso
     states: list[FrameState] = []
     for number, shot in enumerate(measured.shots):
         for k in range(shot.first, shot.last + 1):
-            there = len(placed[k].sightings) if shot.moving else int(count[k])
+            of_frame, tracks = placed[k], int(count[k])
+            followed = not shot.moving and (tracks > 0 or _tells_that_nobody_was_near(of_frame))
+            there = len(of_frame.sightings) if shot.moving else tracks if followed else of_frame.n_detected
             states.append(FrameState(
-                measured.times_s[k], number, shot.camera, placed[k].status, placed[k].reason, there,
-                placed[k].n_detected,
+                measured.times_s[k], number, shot.camera, of_frame.status, of_frame.reason, there,
+                of_frame.n_detected, followed,
             ))  # fmt: skip
     return states
+
+
+def _tells_that_nobody_was_near(frame: Placed) -> bool:
+    """Return whether nobody in the tables of a frame without tracks is a finding: its people could be placed."""
+    return frame.status == "ok" or (frame.status != "failed" and frame.n_detected < 2)
 
 
 def _floor_walked(found: Analysis) -> Region | None:

@@ -39,12 +39,15 @@ def _frames(limits: Sequence[str]) -> tuple[Column, ...]:
         Column("shot", _I, "", "stretch without a cut, from 0", identifies=True),
         Column("camera", _I, "", "camera position; the same number is the same place", identifies=True),
         Column("camera_ok", _B, "", "false: the camera moved, or its place is unknown; every frame is on its own"),
-        Column("n_people", _I, "", "tracks that were there, seen or bridged (of a moving camera: people found)"),
+        Column("n_people", _I, "", "tracks that were there, seen or bridged (where nobody is followed: people found)"),
         Column("n_detected", _I, "", "people found in the picture, false ones included"),
         Column("n_region", _I, "", "of n_people, those in the region of densities"),
         Column("density", _N, "1/m2", "classic density: people in the region by its area"),
         Column("density_voronoi", _N, "1/m2", "mean over the people in the region of one by the floor nearest to each"),
-        *(Column(f"n_within_{x}", _N, "", f"expected number of pairs within {x} m") for x in limits),
+        *(
+            Column(f"n_within_{x}", _N, "", f"expected number of pairs within {x} m; empty where nobody is followed")
+            for x in limits
+        ),
         *(Column(f"n_within_{x}_apart", _N, "", f"the same without pairs of one group, {x} m") for x in limits),
     )
 

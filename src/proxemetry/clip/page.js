@@ -76,7 +76,7 @@ function drawFloor() {
   document.getElementById("when").value = now;
 }
 function chart(id, height, series, top, unit, mark) {
-  const [c, width] = prepared(id, height), left = 44, right = width - 10, bottom = height - 22, ceiling = 10;
+  const [c, width] = prepared(id, height), left = 44, right = width - 18, bottom = height - 22, ceiling = 10;
   const t0 = data.t[0] || 0, t1 = data.t[data.t.length - 1] || 1;
   const x = t => left + (right - left) * (t - t0) / Math.max(t1 - t0, 1e-9), y = v => bottom - (bottom - ceiling) * v / top;
   c.strokeStyle = faint; c.fillStyle = ink; c.lineWidth = 0.5; c.textAlign = "right";

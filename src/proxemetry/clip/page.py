@@ -89,7 +89,7 @@ def _data(found: Analysis, sums: Sums, aggregate_only: bool) -> dict[str, Any]:
     measured = [f.status == "ok" for f in found.frames]
     density = [
         None
-        if region is None or found.frames[k].camera != main or not measured[k]
+        if region is None or found.frames[k].camera != main or not measured[k] or not found.followed[k]
         else _rounded(classic_density(places[k], region), 4)
         for k in rows
     ]
@@ -154,13 +154,17 @@ def _range(value: float | None, low: float | None, high: float | None, unit: str
     return f"{value:.{digits}f} [{low:.{digits}f}, {high:.{digits}f}]{unit}"
 
 
+def _count(number: int | None) -> str:
+    return "–" if number is None else f"{number:,}"
+
+
 def _head(numbers: Mapping[str, Any], run: Mapping[str, Any]) -> str:
     density = numbers["density_persons_m2"]
     facts = [
         ("length", f"{numbers['seconds']:.0f} s"),
         ("frames looked at", f"{numbers['n_frames']:,}"),
         ("people, at least and at most", f"{numbers['people_at_least']} – {numbers['people_at_most']}"),
-        ("groups of two and more", f"{numbers['n_groups']}"),
+        ("groups of two and more", _count(numbers["n_groups"])),
     ]
     if density is not None and density["value"] is not None:
         facts.append(("persons per m²", _range(density["value"], density["low"], density["high"], digits=3)))
@@ -175,8 +179,9 @@ def _head(numbers: Mapping[str, Any], run: Mapping[str, Any]) -> str:
 def _not_followed(numbers: Mapping[str, Any]) -> str:
     lost = numbers["seconds_not_followed"]
     return "" if not lost else (
-        f"<p><strong>For {lost:.1f} of {numbers['seconds']:.1f} s the camera moves, or its pictures cannot be "
-        "compared: nobody is followed then, and near whom people were is unknown, not zero.</strong></p>"
+        f"<p><strong>For {lost:.1f} of {numbers['seconds']:.1f} s the camera moves, its pictures cannot be compared, "
+        "or people cannot be placed: nobody is followed then, and near whom people were is unknown, not zero."
+        f"{'' if numbers['n_groups'] is None else ' The numbers are of the rest.'}</strong></p>"
     )  # fmt: skip
 
 
@@ -219,8 +224,8 @@ def _contacts(numbers: Mapping[str, Any]) -> str:
         per = found["seconds_per_person_minute_apart"]
         rows += (
             f"<tr><td>{limit} m</td><td>{_range(every['seconds'], every['low_s'], every['high_s'])}</td>"
-            f"<td>{_range(apart['seconds'], apart['low_s'], apart['high_s'])}</td><td>{found['events']}</td>"
-            f"<td>{found['events_apart']}</td><td>{_range(per['value'], per['low'], per['high'])}</td></tr>"
+            f"<td>{_range(apart['seconds'], apart['low_s'], apart['high_s'])}</td><td>{_count(found['events'])}</td>"
+            f"<td>{_count(found['events_apart'])}</td><td>{_range(per['value'], per['low'], per['high'])}</td></tr>"
         )
     return (
         "<section><h2>Nearness</h2><div class='wide'><table><thead><tr><th>within</th><th>pair-seconds, all</th>"

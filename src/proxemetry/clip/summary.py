@@ -45,21 +45,24 @@ def summary(found: Analysis, sums: Sums, clip: str) -> dict[str, Any]:
     step = found.weight_s
     seen = len(found.people)
     at_once = int(people.max(initial=0))
-    totals = sums.totals
+    totals, rows = sums.totals, found.followed
+    any_followed, unknown, per = bool(rows.any()), np.full(3, np.nan), people[rows] * step[rows]
     per_limit: dict[str, Any] = {}
     for k, limit in enumerate(found.wanted.within_m):
         events = [(e, p) for e, p in sums.events if e.within_m == limit]
         assert totals is not None
+        all_of_them = np.array([totals.seconds[k], totals.low_s[k], totals.high_s[k]])
+        apart = np.array([totals.apart_seconds[k], totals.apart_low_s[k], totals.apart_high_s[k]])
         per_limit[limit_name(limit)] = {
-            "pair_seconds": _with_interval(totals.seconds[k], totals.low_s[k], totals.high_s[k]),
-            "pair_seconds_apart": _with_interval(
-                totals.apart_seconds[k], totals.apart_low_s[k], totals.apart_high_s[k]
-            ),
+            "pair_seconds": _with_interval(*(all_of_them if any_followed else unknown)),
+            "pair_seconds_apart": _with_interval(*(apart if any_followed else unknown)),
             "share_within_groups": _share(totals.seconds[k] - totals.apart_seconds[k], totals.seconds[k]),
-            "events": len(events),
-            "events_apart": sum(p <= 0.5 for _, p in events),
-            "seconds_per_person_minute": asdict(rate(60 * sums.within[:, k] * step, people * step, times)),
-            "seconds_per_person_minute_apart": asdict(rate(60 * sums.within_apart[:, k] * step, people * step, times)),
+            "events": len(events) if any_followed else None,
+            "events_apart": sum(p <= 0.5 for _, p in events) if any_followed else None,
+            "seconds_per_person_minute": asdict(rate(60 * sums.within[rows, k] * step[rows], per, times[rows])),
+            "seconds_per_person_minute_apart": asdict(
+                rate(60 * sums.within_apart[rows, k] * step[rows], per, times[rows])
+            ),
         }
     return _as_json({
         "schema": "proxemetry.clip/1", "clip": clip, "seconds": float(step.sum()), "n_frames": len(found.frames),
@@ -67,7 +70,7 @@ def summary(found: Analysis, sums: Sums, clip: str) -> dict[str, Any]:
         "pairs_where": None if found.wanted.where is None else str(found.wanted.where),
         "n_tracks": seen, "people_at_least": at_once, "people_at_most": seen + _unfollowed(found),
         "seconds_not_followed": _seconds_not_followed(found),
-        "n_groups": len({p.group for p in found.people if _size(found, p.group) > 1}),
+        "n_groups": len({p.group for p in found.people if _size(found, p.group) > 1}) if any_followed else None,
         "people_bound": "tracks count a person twice who leaves and comes back, so there were at most so many people, "
         "and at least as many as were there at one time",
         "density_persons_m2": _density(found), "region_area_m2": found.region.area_m2 if found.region else None,
@@ -79,13 +82,12 @@ def summary(found: Analysis, sums: Sums, clip: str) -> dict[str, Any]:
 
 
 def _unfollowed(found: Analysis) -> int:
-    """Return how many people were seen in frames of moving cameras: each may be another."""
-    return sum(f.n_people for f in found.frames if found.measured.shots[f.shot].moving)
+    """Return how many people were seen in frames in which nobody is followed: each may be another."""
+    return sum(f.n_people for f, followed in zip(found.frames, found.followed, strict=True) if not followed)
 
 
 def _seconds_not_followed(found: Analysis) -> float:
-    moving = np.array([found.measured.shots[f.shot].moving for f in found.frames], dtype=bool)
-    return float(found.weight_s[moving].sum())
+    return float(found.weight_s[~found.followed].sum())
 
 
 def _notes(found: Analysis) -> list[str]:
@@ -112,9 +114,9 @@ def _with_interval(value: float, low: float, high: float) -> dict[str, float]:
 
 
 def _main_frames(found: Analysis) -> tuple[FloatArray, FloatArray, list[int]]:
-    """Return time and density of the main camera's frames that were measured, and their numbers."""
+    """Return time and density of the main camera's frames that tell who was where, and their numbers."""
     main, places = found.main_camera, places_by_frame(found)
-    rows = [k for k, f in enumerate(found.frames) if f.camera == main and f.status == "ok"]
+    rows = [k for k, f in enumerate(found.frames) if f.camera == main and f.status == "ok" and found.followed[k]]
     region = found.region
     density = [0.0 if region is None else classic_density(places[k], region) for k in rows]
     return np.array([found.frames[k].t_s for k in rows]), np.array(density), rows
@@ -124,7 +126,8 @@ def _density(found: Analysis) -> dict[str, Any] | None:
     if found.region is None:
         return None
     times, density, rows = _main_frames(found)
-    return {**asdict(rate(density * found.weight_s[rows], found.weight_s[rows], times)), "max": float(density.max())}
+    most = float(density.max()) if rows else math.nan
+    return {**asdict(rate(density * found.weight_s[rows], found.weight_s[rows], times)), "max": most}
 
 
 def _critical(found: Analysis, sums: Sums) -> dict[str, Any]:

@@ -82,7 +82,8 @@ def _uncelled(column: Column) -> str:
 def write_results(found: Analysis, folder: Folder, *, aggregate_only: bool = False, shown: int = 6) -> Sums:
     """Write every table and the maps; return the sums for summary and page, with `shown` pairs for curves."""
     limits = found.wanted.within_m
-    sums = Sums(np.zeros((len(found.frames), len(limits))), np.zeros((len(found.frames), len(limits))))
+    nothing = np.where(found.followed[:, None], np.zeros((1, len(limits))), np.nan)
+    sums = Sums(nothing, nothing.copy())
     seconds = (found.measured.times_s[-1] if found.measured.times_s else 0.0) + 1e-9
     sums.maps = None if found.region is None else Maps.over(found.region, seconds, limits)
     for name in TABLES:
@@ -203,7 +204,7 @@ def _frames(found: Analysis, table: _Table, sums: Sums) -> None:
     main = found.main_camera
     for number, (state, where) in enumerate(zip(found.frames, places, strict=True)):
         counted = density = voronoi = None
-        if found.region is not None and state.camera == main and state.status == "ok":
+        if found.region is not None and state.camera == main and state.status == "ok" and found.followed[number]:
             inside = found.region.holds(where)
             counted, density = int(inside.sum()), classic_density(where, found.region)
             voronoi = _voronoi(where, found.region)
