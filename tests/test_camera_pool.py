@@ -178,7 +178,7 @@ def test_a_folder_without_a_shoot_is_told_so(tmp_path):
     where, said = folder_of(tmp_path / "photos", dict(list(SHOOT.items())[:2]), pitch=0.3), []
     job = Job(str(tmp_path / "out"), f"recorded:{where}.json", settings=Settings(lines=False, same_camera=True))
     run([str(where)], job, jobs=0, on_progress=lambda told: said.append(getattr(told, "text", "")))
-    assert any("--same-camera told nothing: no 3 photos of one size" in text for text in said)
+    assert any("--same-camera had no effect: no 3 photos of one size" in text for text in said)
 
 
 def test_a_camera_that_stayed_tells_its_place_to_the_photos_taken_there(tmp_path):

@@ -91,7 +91,7 @@ def test_a_photo_without_focal_length_lists_its_people(measure, tmp_path):
     assert code == 0
     (row,) = table(tmp_path / "out", "photos")
     assert (row["status"], row["n_pairs"], row["focal_assumed"]) == ("ok", "1", "true")
-    assert row["focal_source"] == "ASSUMED: as published photos are" and float(row["focal_rel_sd"]) > 0.3
+    assert row["focal_source"] == "ASSUMED: like published photos" and float(row["focal_rel_sd"]) > 0.3
     assert "focal lengths: 1 ASSUMED\n" in out and "--focal-35mm 35" in out and "Warning" not in err
     (pair,) = table(tmp_path / "out", "pairs")
     assert float(pair["low_m"]) < float(pair["distance_m"]) < float(pair["high_m"])

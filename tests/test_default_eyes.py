@@ -142,7 +142,7 @@ def test_upstream_gives_the_best_converted_here_and_written_down(machine: Machin
     assert default_eyes.recorded() == "first"
     assert len(machine.said) == 3
     assert "toy.param" in machine.said[0] and "MB, Apache-2.0) from http://127.0.0.1" in machine.said[0]
-    assert machine.said[2] == "people will be found by first, the best of all; another: `--pose NAME`"
+    assert machine.said[2] == "people will be found by first, the first choice; another: `--pose NAME`"
 
 
 def test_what_was_chosen_stays_whatever_else_comes(machine: Machine) -> None:
@@ -154,7 +154,7 @@ def test_what_was_chosen_stays_whatever_else_comes(machine: Machine) -> None:
     assert default_eyes.chosen(log=machine.said.append) == "second"
     assert machine.said == []
     assert machine.choose() == "first"  # `models fetch` once more chooses anew, and says so
-    assert machine.said == ["people will be found by first, the best of all; another: `--pose NAME`"]
+    assert machine.said == ["people will be found by first, the first choice; another: `--pose NAME`"]
 
 
 def test_upstream_unreachable_is_one_line_and_npm_gives_the_next(machine: Machine) -> None:
@@ -171,7 +171,7 @@ def test_upstream_unreachable_is_one_line_and_npm_gives_the_next(machine: Machin
         "first is not available (toy.param: could not be fetched; http://127.0.0.1:9/toy.param: "
         "127.0.0.1:9 cannot be reached)"
     )
-    assert machine.said[-1] == "people will be found by second, the next best after first; another: `--pose NAME`"
+    assert machine.said[-1] == "people will be found by second, the next choice after first; another: `--pose NAME`"
     assert "by npm" in machine.said[1]
 
 
@@ -180,7 +180,7 @@ def test_without_npm_pip_gives_the_last(machine: Machine) -> None:
     machine.pip_works()
     assert machine.choose() == "third"
     assert any(line.startswith("second is not available") and "npm is not installed" in line for line in machine.said)
-    assert machine.said[-1].startswith("people will be found by third, the next best after first and second")
+    assert machine.said[-1].startswith("people will be found by third, the next choice after first and second")
 
 
 def test_npm_that_fails_says_why(machine: Machine) -> None:

@@ -67,11 +67,11 @@ def test_a_mixed_folder_is_told_who_won_and_why(tmp_path: Path, capsys: pytest.C
     lines = by_name["b.png"]
     assert re.search(r"-> +(5[6-9]|6[0-4])\d px .* estimated from straight lines", lines)
     assert "why: they narrow it most" in lines and "published photos: half have less than 37 mm" in lines
-    assert re.search(r"how the camera was held: it looks down by (7\.[5-9]|8\.[0-5]) degrees", lines)
+    assert re.search(r"pitch and roll from straight lines: it looks down by (7\.[5-9]|8\.[0-5]) degrees", lines)
     nothing = by_name["c.png"]
-    assert "ASSUMED: as published photos are" in nothing and "19 to 10" in nothing
-    assert "straight lines, on the focal length: tell nothing: fewer than 4 straight segments" in nothing
-    assert "people, on the focal length: not looked for (--pose auto looks for them)" in nothing
+    assert "ASSUMED: like published photos" in nothing and "19 to 10" in nothing
+    assert "focal length from straight lines: none: fewer than 4 straight segments" in nothing
+    assert "focal length from people: not looked for (--pose auto looks for them)" in nothing
     assert "1 recorded in the file, 1 estimated, 1 ASSUMED" in nothing
 
 
@@ -85,7 +85,7 @@ def test_what_is_not_wanted_is_not_asked(photos: Path, capsys: pytest.CaptureFix
 def test_people_are_asked_where_somebody_finds_them(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     write(tmp_path / "c.png", 1500, 1000)
     assert main(["doctor", str(tmp_path), "--pose", "python:synthetic.small_photos:two_people"]) == 0
-    assert "people, on the focal length: tell nothing: " in capsys.readouterr().out
+    assert "focal length from people: none: " in capsys.readouterr().out
 
 
 def test_only_what_is_missing(photos: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -301,7 +301,7 @@ def test_counts_cards_and_figures_tell(out: Path, capsys: pytest.CaptureFixture[
     assert [plots.number_text(scene, i) for i in range(3)] == ["0", "1", "2?"]
     assert "2: legs without a body above" in plots.footnote(scene, [])
     assert main(["measure", "--pose", f"recorded:{out.parent / 'people.json'}", "--out", str(out), "--jobs", "0"]) == 0
-    assert "one may be no person (" in (said := capsys.readouterr().out) and "doubt in people.csv" in said
+    assert "one may not be a person (" in (said := capsys.readouterr().out) and "doubt in people.csv" in said
 
 
 def test_pairs_where_takes_doubts(out: Path) -> None:
@@ -317,7 +317,7 @@ def test_the_report_counts_them(out: Path) -> None:
     pytest.importorskip("matplotlib")
     assert main(["report", str(out), "--photos", "0"]) == 0
     page = (out / "report.html").read_text()
-    assert "People who may be none, or counted twice" in page and "legs without a body above" in page
+    assert "People in doubt: perhaps not people, or counted twice" in page and "legs without a body above" in page
 
 
 def test_results_from_before_the_column_are_read_and_say_nothing(out: Path, tmp_path: Path) -> None:

@@ -231,6 +231,6 @@ def test_the_command_writes_both_kinds_of_the_photos_named(tmp_path, capsys):
     assert capsys.readouterr().out.split() == [str(tmp_path / "out" / "figures" / name) for name in drawn]
     assert all((tmp_path / "out" / "figures" / name).stat().st_size > 10_000 for name in drawn)
     assert main(["figures", out, "nothing*"]) == 2
-    assert "no photo there that was measured is called like nothing*" in capsys.readouterr().err
+    assert "no measured photo there matches nothing*" in capsys.readouterr().err
     assert main(["figures", out, "--within", "0"]) == 2
     assert "a limit of 0 m is none" in capsys.readouterr().err

@@ -40,7 +40,7 @@ def _said(tables: Folder, settings: px.Settings) -> str:
         ),
         (px.Settings(undistort=False), "Lens distortion was not corrected."),
         (px.Settings(lines=False), "Straight lines in the pictures were not used."),
-        (px.Settings(other_photos=False, drone=False), "by itself, without what others"),
+        (px.Settings(other_photos=False, drone=False), "by itself, without evidence from others"),
         (px.Settings(same_camera=True), "of one camera and lens, size by size"),
     ],
 )

@@ -17,7 +17,7 @@ TOLD_AT_M = (10.0, 25.0)
 HALF_A_DEGREE_RAD = math.radians(0.5)
 #: A pitch that puts people so much further or nearer, as a part of their distance, should be measured with points.
 POOR_REL = 0.05
-TAKE_POINTS = "not good enough for distances along the line of sight: take four points of the floor (--points)"
+TAKE_POINTS = "not good enough for distances along the line of sight: take four points on the floor (--points)"
 
 _GRID_RGB, _TEN_RGB, _HORIZON_RGB, _POINT_RGB = (64, 200, 255), (255, 214, 64), (255, 80, 80), (80, 255, 120)
 _NEAREST_CELLS_PX = 6.0
@@ -37,8 +37,8 @@ def lines_of(mount: Mount, distances_m: tuple[float, ...] = ()) -> Iterator[str]
     for away in TOLD_AT_M:
         half = abs(reach(mount, away, -HALF_A_DEGREE_RAD))
         yield (
-            f"at {away:.0f} m  half a degree of pitch moves a person by {_metres(half)}; this calibration's own doubt "
-            f"of pitch and height together by {_metres(doubt_m(mount, away))}"
+            f"at {away:.0f} m  half a degree of pitch moves a person by {_metres(half)}; this calibration's own "
+            f"uncertainty of pitch and height together by {_metres(doubt_m(mount, away))}"
         )
     if is_poor(mount, distances_m):
         yield TAKE_POINTS

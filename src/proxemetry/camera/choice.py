@@ -89,10 +89,10 @@ def with_gravity(estimate: CameraEstimate, lines: PictureLines, mount: Mount | N
     if told:
         return _heard(estimate, "not asked: it is stated", counted=False)
     if lines.segments_px is None:
-        return _heard(estimate, "tell nothing: the picture cannot be decoded", counted=False)
+        return _heard(estimate, "none: the picture cannot be decoded", counted=False)
     gravity = read_gravity(lines.segments_px, estimate.camera)
     if isinstance(gravity, str):
-        return _heard(estimate, f"tell nothing: {gravity}", counted=False)
+        return _heard(estimate, f"none: {gravity}", counted=False)
     return _heard(replace(estimate, mount=gravity.mount(mount)), str(gravity), counted=True)
 
 

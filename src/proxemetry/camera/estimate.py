@@ -39,9 +39,9 @@ class Witness(StrEnum):
 
 _WITNESSES = {
     Witness.FILE: "the file",
-    Witness.LINES: "straight lines, on the focal length",
-    Witness.GRAVITY: "straight lines, on how the camera was held",
-    Witness.PEOPLE: "people, on the focal length",
+    Witness.LINES: "focal length from straight lines",
+    Witness.GRAVITY: "pitch and roll from straight lines",
+    Witness.PEOPLE: "focal length from people",
     Witness.OTHERS: "other photos of the same camera",
     Witness.PUBLISHED: "published photos",
 }

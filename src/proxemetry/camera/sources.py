@@ -89,7 +89,7 @@ _WORDS = {
     FocalSource.PEOPLE_OF_PHOTOS: "estimated from the people of",
     FocalSource.ASSUMED_EQUIVALENT: "ASSUMED: 35 mm equivalent",
     FocalSource.ASSUMED_FOV: "ASSUMED: field of view",
-    FocalSource.ASSUMED_PRIOR: "ASSUMED: as published photos are",
+    FocalSource.ASSUMED_PRIOR: "ASSUMED: like published photos",
 }
 #: Sources that name themselves before what follows; the others read on.
 _WITH_COLON = (FocalSource.USER, FocalSource.PEOPLE, FocalSource.LINES, FocalSource.SAME_CAMERA)

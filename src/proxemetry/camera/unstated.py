@@ -100,7 +100,7 @@ def without_statement(
     else:
         source, doubt = Source(FocalSource.ASSUMED_PRIOR), Doubt.ASSUMED
         text = f"focal length {source}"
-        why = f"nothing narrows it enough: {_millimetres(low, high)} stays possible"
+        why = f"the evidence does not narrow it enough: {_millimetres(low, high)} stays possible"
     rel_sd = math.hypot(sd, frame.size_rel_sd)
     chosen = Candidate(math.exp(mean) * unit, rel_sd, source)
     camera = Camera.centred(chosen.focal_px, photo.width, photo.height, focal_rel_sd=rel_sd, source=source)
@@ -158,13 +158,13 @@ def _pieces(
     if segments_px is not None:
         profile = focal_profile(segments_px, photo.width, photo.height, frame.principal_sd_px)
         if isinstance(profile, str):
-            pieces.append(Testimony(Witness.LINES, f"tell nothing: {profile}", counted=False))
+            pieces.append(Testimony(Witness.LINES, f"none: {profile}", counted=False))
         else:
             pieces.append(_of_lines(profile, len(segments_px), unit / math.hypot(photo.width, photo.height), unit))
     if len(people):
         posterior = focal_posterior(people, photo.width, photo.height)
         if isinstance(posterior, str):
-            pieces.append(Testimony(Witness.PEOPLE, f"tell nothing: {posterior}", counted=False))
+            pieces.append(Testimony(Witness.PEOPLE, f"none: {posterior}", counted=False))
         else:
             pieces.append(_of_people(posterior, unit))
     return pieces
@@ -177,7 +177,7 @@ def _of_lines(profile: FocalProfile, count: int, diagonals_a_mm: float, unit: fl
         math.exp(middle) * unit, (high - low) / (2 * HALF_WIDTH_SD), Source(FocalSource.LINES, f"{count} segments")
     )
     if profile.trust < _HARDLY:
-        words, counted = f"tell nothing: {NO_STRUCTURE} ({count} segments)", False
+        words, counted = f"none: {NO_STRUCTURE} ({count} segments)", False
     else:
         says = "leave it open" if high - low > WIDEST else f"say {math.exp(middle):.0f} mm"
         if profile.one_direction:
@@ -202,7 +202,7 @@ def _of_model(model: SameModel, unit: float) -> _Evidence | Testimony:
     """Return what focal lengths other photos of the same model have, as far as this one may have another."""
     photos = sum(count for _, count in model.equivalents)
     if photos < LEAST_PHOTOS:
-        return Testimony(Witness.OTHERS, f"tell nothing: {photos} of {model.model}, too few", counted=False)
+        return Testimony(Witness.OTHERS, f"none: {photos} of {model.model}, too few", counted=False)
     shares = np.array([count / photos for _, count in model.equivalents])
     at = np.log([mm for mm, _ in model.equivalents])
     said = (shares[:, None] * np.exp(-0.5 * ((_GRID - at[:, None]) / _AS_OTHERS_SD) ** 2)).sum(axis=0)

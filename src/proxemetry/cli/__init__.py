@@ -21,19 +21,29 @@ from ..version import __version__
 #: Command -> its line of `--help`. Module `cli.COMMAND` has `configure(parser)` and `run(args) -> exit code`.
 COMMANDS: dict[str, str] = {
     "measure": "measure how far apart the people in photos stand",
-    "calibrate": "find where a fixed camera is, once, for all its photos: from points, lengths or the people",
-    "video": "measure who was how near to whom in clips, and for how long",
-    "summary": "an archive's figures by year, country, folder or any column",
-    "export": "results for other programs: SPSS, COCO keypoints, the tables anew, the codebook",
-    "score": "score predictions against a benchmark's labels, or check a labels folder",
-    "annotate": "make a benchmark of your own photos: points, taped places, label files, scores",
-    "benchmark": "run methods on a benchmark's photos, or its annotated points, and score them",
-    "figures": "draw circles on the floor, or the floor as seen from above, for photos of a results folder",
-    "report": "write one self-contained page on a results folder",
     "review": "look through the photos in the browser and correct what is wrong",
-    "models": "list, fetch and check the networks that find people",
+    "report": "write one self-contained page on a results folder",
+    "summary": "print an archive's figures by year, country, folder or any other column",
+    "export": "write results for other programs: Excel, SPSS, CSV of other countries, COCO keypoints",
+    "figures": "draw circles on the floor, or the floor as seen from above, for photos of a results folder",
     "doctor": "check this installation, or what photos state about their camera and what is missing",
+    "models": "list, fetch and check the networks that find people",
+    "calibrate": "find where a fixed camera is, once, for all its photos: from points, lengths or the people",
+    "video": "measure in clips who was near whom, how near, and for how long",
+    "annotate": "make a benchmark of your own photos: points, taped places, label files, scores",
+    "score": "score predictions against a benchmark's labels, or check a labels folder",
+    "benchmark": "run methods on a benchmark's photos, or its annotated points, and score them",
 }
+
+_EXAMPLES = """to begin:
+  proxemetry models fetch                                fetch the networks that find people, once
+  proxemetry measure my_photos --out results --overlays  measure a folder of photos
+  proxemetry review results                              look through the photos and correct what is wrong
+  proxemetry report results                              one page with figures and a methods paragraph
+
+`proxemetry COMMAND --help` explains a command, with examples. Without a command, a page opens in the browser on which
+you measure photos and folders.
+"""
 
 DONE, SOME_FAILED, NOTHING_DONE = 0, 1, 2
 
@@ -121,13 +131,13 @@ def _run(arguments: list[str]) -> int:
     parser = _Parser(
         prog="proxemetry",
         description="Measure how far apart people stand in ordinary photographs.",
-        epilog="`proxemetry COMMAND --help` explains a command with examples. Without a command, a page opens on which "
-        "photos and folders are measured.",
+        epilog=_EXAMPLES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("--version", action="version", version=f"proxemetry {__version__}")
     parser.add_argument(
         "--print-completion", choices=("bash", "zsh", "tcsh"), metavar="SHELL",
-        help="print what makes bash, zsh or tcsh complete commands and options (docs/install.md)",
+        help="print the script with which bash, zsh or tcsh completes commands (docs/install.md)",
     )  # fmt: skip
     subparsers = parser.add_subparsers(dest="command", metavar="COMMAND")
     chosen = {a for a in arguments if a in COMMANDS} if "--print-completion" not in arguments else set(COMMANDS)

@@ -14,17 +14,17 @@ from ..errors import SettingsError
 from ..locate import METHODS
 from . import DONE, SOME_FAILED, end_as_by_ctrl_c
 
-_HOW = f"""How it goes:
-  1. Photos.  On each photo everybody whose place you measured gets a name (P0, P1, ...) and up to four points: the
-     middle of the eyes, of the shoulders, of the torso and of the head. A back end proposes the points; you put right
+_HOW = f"""How it works:
+  1. Photos.  On each photo everyone whose place you measured gets a name (P0, P1, ...) and up to four points: the
+     middle of the eyes, of the shoulders, of the torso and of the head. A back end proposes the points; you correct
      what is wrong. The benchmark's rules stand beside each part.
   2. Places.  Type coordinates (tiles make a good grid), or the distances that you taped between people and cameras.
-     They are solved by least squares: every tape's misfit is shown, and what is mirrored, open or contradictory.
+     They are solved by least squares: every tape's misfit is shown, and what is ambiguous, missing or contradictory.
   3. Check and score.  The label files are checked as by `proxemetry score --check`, the photos are measured, and both
      protocols' figures are shown.
 
 examples:
-  proxemetry annotate photos --out labels                 open the page; the same command again goes on
+  proxemetry annotate photos --out labels                 open the page; run it again to continue
   proxemetry annotate photos --out labels --pose none     click every point yourself
   proxemetry annotate photos --out labels --labels cvat.json    begin with another tool's keypoints
   proxemetry annotate photos --out labels --check         write the files and list what is missing; no page
@@ -63,9 +63,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--score", action="store_true", help="measure and score the annotated photos; no page")
     parser.add_argument(
         "--method", default=",".join(DEFAULT_METHODS), metavar="NAMES",
-        help=f"of --score: one or more of {', '.join(METHODS)}, with commas between (default: %(default)s)",
+        help=f"of --score: comma-separated: {', '.join(METHODS)} (default: %(default)s)",
     )  # fmt: skip
-    parser.add_argument("--jobs", type=int, metavar="N", help="of --score: worker processes (default: one a core)")
+    parser.add_argument("--jobs", type=int, metavar="N", help="of --score: worker processes (default: one per core)")
     parser.add_argument("--port", type=int, default=0, metavar="N", help="port on this machine (default: any free one)")
     parser.add_argument("--no-browser", action="store_true", help="print the address and open nothing")
 

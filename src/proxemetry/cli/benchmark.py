@@ -26,7 +26,7 @@ HOW = """KORTE is 96 photographs of people at measured places. The photos and la
 2. Put the label files into one folder, for example korte/labels, and the photos into another, korte/photos.
 3. Check the labels:        proxemetry score --check korte/labels
 4. Run and score:           proxemetry benchmark --images korte/photos --labels korte/labels --out korte/run
-   The same command again goes on where it was stopped.
+   Run the same command again to continue where it stopped.
 5. The paper's tables:      proxemetry benchmark --images korte/photos --labels korte/labels --out korte/run
                             --method scene,combined --protocol seker2021 --table all
    korte/run/predictions_METHOD.json hold the answers, for `proxemetry score`.
@@ -40,10 +40,17 @@ Images: Performance Evaluation, Test Benchmark, and Algorithm, arXiv 2103.06759;
 with Applications, 2022, doi 10.1016/j.mlwa.2022.100427.
 """
 
+_EXAMPLES = """examples:
+  proxemetry benchmark --how                                 how to get the photos, step by step
+  proxemetry benchmark --images korte/photos --labels korte/labels --out korte/run
+  proxemetry benchmark --images korte/photos --labels korte/labels --out korte/run --method all --protocol seker2021
+  proxemetry benchmark --keypoints labels --labels korte/labels --method all      without photos
+"""
+
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the command's options."""
-    parser.epilog = "`proxemetry benchmark --how` explains where the photos come from, step by step."
+    parser.epilog = _EXAMPLES
     parser.add_argument("--how", action="store_true", help="explain how to get the photos and run the benchmark")
     parser.add_argument("--labels", metavar="DIR", help="folder with the three label files")
     parser.add_argument("--images", metavar="DIR", help="folder with the photos")
@@ -54,22 +61,27 @@ def configure(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--method", action="append", metavar="NAMES",
-        help=f"one or more of {', '.join(METHODS)}, with commas between them, or all; may be given again "
+        help=f"comma-separated: {', '.join(METHODS)}, or all; may be given again "
         f"(default: {DEFAULT_METHOD})",
     )  # fmt: skip
-    parser.add_argument("--protocol", choices=list(PROTOCOLS), default=DEFAULT_PROTOCOL)
+    parser.add_argument(
+        "--protocol", choices=list(PROTOCOLS), default=DEFAULT_PROTOCOL,
+        help="rules of scoring: v1, corrected (default), or seker2021, as published",
+    )  # fmt: skip
     parser.add_argument("--pose", default="auto", metavar="NAME", help="the back end that finds people in the photos")
     parser.add_argument(
         "--camera-table", metavar="FILE.csv", help="what is known about the photos' cameras, as in measure"
     )
     parser.add_argument("--body-size", choices=BODY_SIZES, default="adults", help="KORTE shows adults (the default)")
     parser.add_argument("--out", metavar="DIR", help="keep results, predictions and scores here; needed with --images")
-    parser.add_argument("--jobs", type=int, metavar="N", help="worker processes (default: one a core)")
+    parser.add_argument("--jobs", type=int, metavar="N", help="worker processes (default: one per core)")
     parser.add_argument("--table", choices=list(TABLES), help="one of the paper's tables")
-    parser.add_argument("--format", choices=("text", "csv", "latex"), default="text", help="of --table")
-    parser.add_argument("--plot", metavar="FILE", help="draw the score, or the table, here")
-    parser.add_argument("--json", metavar="FILE", help="write the score of a single method here")
-    parser.add_argument("--csv", metavar="FILE", help="write one row a photo of a single method here")
+    parser.add_argument(
+        "--format", choices=("text", "csv", "latex"), default="text", help="form of --table (default: text)"
+    )
+    parser.add_argument("--plot", metavar="FILE", help="draw the score, or the table, to this file")
+    parser.add_argument("--json", metavar="FILE", help="write the score to this file (one method only)")
+    parser.add_argument("--csv", metavar="FILE", help="write one row per photo to this file (one method only)")
 
 
 def run(args: argparse.Namespace) -> int:

@@ -21,15 +21,15 @@ from .camera_options import add_camera_options, focal_request, number
 from .named_pictures import FPS, first_photos
 
 _EXAMPLES = """examples:
-  proxemetry calibrate frame.jpg --points points.csv --out camera.json     four points of the floor or more: the best
-  proxemetry calibrate clip.mp4 --out camera.json                          from the people in it, 30 or more of them
+  proxemetry calibrate frame.jpg --points points.csv --out camera.json     four points on the floor or more: the best
+  proxemetry calibrate clip.mp4 --out camera.json                          from the people in it: 30 or more
   proxemetry calibrate photos --length 120,540,610,530,6.2 --out camera.json   from the people and a taped line
-  proxemetry calibrate frame.jpg --height-m 7 --pitch-deg 16.5 --out camera.json   what is known of it already
+  proxemetry calibrate frame.jpg --height-m 7 --pitch-deg 16.5 --out camera.json   what is already known
   proxemetry calibrate drone.jpg --out camera.json                         a drone's photo states where it was taken
 
 points.csv has the columns u_px,v_px,x_m,y_m: pixels of the upright full-size picture, metres on the floor from any
-corner you like. Next to camera.json a picture is written with the floor's metre grid and the horizon: look whether they
-lie right. Then: proxemetry measure photos --out results --mount camera.json
+corner you like. Next to camera.json a picture is written with the floor's metre grid and the horizon: check that they
+fit. Then: proxemetry measure photos --out results --mount camera.json
 """
 
 
@@ -37,17 +37,27 @@ def configure(parser: argparse.ArgumentParser) -> None:
     """Add this command's options."""
     parser.epilog = _EXAMPLES
     parser.add_argument("paths", nargs="*", metavar="PATH", help="photos of the camera, folders of them, or a clip")
-    parser.add_argument("--out", required=True, metavar="CAMERA.json", help="the mount; next to it a picture (.png)")
-    parser.add_argument("--size", type=_size, metavar="WxH", help="pixels of the photos, where none is given")
-    known = parser.add_argument_group("what is known (without any of it: from the people)")
-    known.add_argument("--points", metavar="FILE.csv", help="points of the floor: u_px,v_px,x_m,y_m, four or more")
+    parser.add_argument(
+        "--out", required=True, metavar="CAMERA.json", help="file to write, with a picture (.png) beside it"
+    )
+    parser.add_argument("--size", type=_size, metavar="WxH", help="size of the photos in pixels, if no photo is given")
+    known = parser.add_argument_group("what is known (with none of these, the people are used)")
+    known.add_argument("--points", metavar="FILE.csv", help="points on the floor: u_px,v_px,x_m,y_m, four or more")
     known.add_argument(
-        "--length", action="append", metavar="U,V,U,V,M", default=[], help="a taped line on the floor; repeat it"
+        "--length",
+        action="append",
+        metavar="U,V,U,V,M",
+        default=[],
+        help="a taped line on the floor; may be given again",
     )
     known.add_argument("--homography", metavar="FILE", help="three lines of three numbers: pixels to floor metres")
     known.add_argument("--height-m", type=number, metavar="H", help="height of the lens above the floor")
-    known.add_argument("--pitch-deg", type=number, metavar="P", help="how far the camera looks down; 90: straight down")
-    known.add_argument("--roll-deg", type=number, metavar="R", help="how far it is tilted sideways (default: unknown)")
+    known.add_argument(
+        "--pitch-deg", type=number, metavar="P", help="degrees by which the camera looks down; 90: straight down"
+    )
+    known.add_argument(
+        "--roll-deg", type=number, metavar="R", help="degrees by which it is tilted sideways (default: unknown)"
+    )
     known.add_argument("--subtitles", metavar="FILE.srt", help="of a drone's clip: its height and gimbal")
     known.add_argument("--height-sd-m", type=number, metavar="SD", help="default: 3 %% of the height")
     known.add_argument("--pitch-sd-deg", type=number, metavar="SD", help="default: 1")
@@ -64,7 +74,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     people.add_argument(
         "--different-people",
         action="store_true",
-        help="nobody is in more than one photo: count everyone as a different person",
+        help="no person is in more than one photo: count everyone as a different person",
     )
     add_camera_options(parser)
 
@@ -164,7 +174,7 @@ def _from_points(
     ]
     if fit.spread > 1.5:
         notes.append(
-            f"the points miss {fit.spread:.1f} times as far as click and tape explain: the intervals are wider"
+            f"the points are off by {fit.spread:.1f} times what click and tape explain: the intervals are wider"
         )
     return fit.mount, notes, (), fit.points.points_px
 

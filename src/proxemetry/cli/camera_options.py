@@ -90,7 +90,7 @@ def number(text: str) -> float:
     try:
         return float(text)
     except ValueError:
-        raise argparse.ArgumentTypeError(f"{text!r} is no number: write it like 28 or 4.25") from None
+        raise argparse.ArgumentTypeError(f"{text!r} is not a number: write it like 28 or 4.25") from None
 
 
 def _size(text: str) -> tuple[float, float]:

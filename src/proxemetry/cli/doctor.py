@@ -25,13 +25,12 @@ from .camera_words import words_of
 _EXAMPLES = """examples:
   proxemetry doctor                                         is everything installed, and what to do if not
   proxemetry doctor photos                                  every candidate for every photo's focal length
-  proxemetry doctor photos --missing                        only the photos that need a word from you
-  proxemetry doctor photos --pose auto                      ask the people in them too
+  proxemetry doctor photos --missing                        only the photos whose lens you should state
+  proxemetry doctor photos --pose auto                      look for people too, as evidence
   proxemetry doctor scans --camera-table cameras.csv        try a camera table before measuring
 
 The line with the arrow is the one that measuring would use; the interval is the central 90 %, "like 28 mm" its 35 mm
-equivalent. Exit codes: 0 done;
-1 some photos cannot be read; 2 none can.
+equivalent. Exit codes: 0 done; 1 some photos cannot be read; 2 none can.
 """
 
 
@@ -44,7 +43,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     parser.add_argument("--missing", action="store_true", help="print only photos without a focal length, or doubtful")
     parser.add_argument("--pose", metavar="NAME", help="look for people too: auto, a back end's name, or recorded:FILE")
-    parser.add_argument("--no-lines", action="store_true", help="do not look at the pictures' straight lines: quicker")
+    parser.add_argument("--no-lines", action="store_true", help="do not use straight lines in the pictures (quicker)")
     add_camera_options(parser)
     add_mount_option(parser)
 

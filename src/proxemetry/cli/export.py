@@ -18,8 +18,8 @@ from .camera_options import number
 FORMATS = (*TABLE_FORMATS, "xlsx", "spss", "coco")
 
 _EXAMPLES = """examples:
-  proxemetry export results                         the CSV and Parquet tables anew, corrections applied
-  proxemetry export results --format xlsx           one Excel workbook, the codebook in it
+  proxemetry export results                         the CSV and Parquet tables again, with corrections applied
+  proxemetry export results --format xlsx           one Excel workbook that includes the codebook
   proxemetry export results --format csv --locale fi --out tables    decimal commas, semicolons
   proxemetry export results --format spss           photos.sav, people.sav, pairs.sav with labels
   proxemetry export results --format coco --out elsewhere
@@ -32,14 +32,21 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.epilog = _EXAMPLES
     parser.add_argument("results", nargs="?", metavar="DIR", help="results folder")
     parser.add_argument(
-        "--format", type=_formats, default=TABLE_FORMATS, metavar="A,B", help="of csv, parquet, xlsx, spss, coco"
+        "--format",
+        type=_formats,
+        default=TABLE_FORMATS,
+        metavar="A,B",
+        help="comma-separated: csv, parquet, xlsx, spss, coco (default: csv,parquet)",
     )
-    parser.add_argument("--out", metavar="DIR", help="where to write; default: the results folder")
+    parser.add_argument("--out", metavar="DIR", help="where to write (default: the results folder)")
     parser.add_argument(
         "--locale", metavar="NAME", help="write CSV as this country's spreadsheet reads it: fi, de_AT, en; needs --out"
     )
     parser.add_argument(
-        "--safe-distance", type=number, metavar="M", help="count the pairs nearer than M; default: the run's"
+        "--safe-distance",
+        type=number,
+        metavar="M",
+        help="count the pairs nearer than M metres (default: as in the run)",
     )
     parser.add_argument("--codebook", action="store_true", help="print the codebook and do nothing else")
 

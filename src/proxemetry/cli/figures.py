@@ -17,8 +17,9 @@ _EXAMPLES = """examples:
   proxemetry figures results --kind circles --within 1.5 "frame_00*.jpg"
   proxemetry figures results --kind birds-eye --faces show --out figures
 
-circles: the photo with a circle on the floor around everybody; two touch where two people are nearer than --within, and
-lines say how probable that is. birds-eye: the floor laid flat out of the photo, to a metre grid, with the people on it.
+circles: the photo with a circle on the floor around each person; two circles touch where two people are nearer than
+--within, and lines show how probable that is. birds-eye: the floor as seen from above, rectified from the photo, with a
+metre grid and the people on it.
 """
 
 
@@ -26,8 +27,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
     """Add the options."""
     parser.epilog = _EXAMPLES
     parser.add_argument("results", metavar="DIR", help="results folder of `proxemetry measure`")
-    parser.add_argument("photos", nargs="*", metavar="PHOTO", help="names in it, or patterns of them (default: all)")
-    parser.add_argument("--kind", action="append", choices=KINDS, help="again for several (default: both)")
+    parser.add_argument("photos", nargs="*", metavar="PHOTO", help="names or patterns of photos in it (default: all)")
+    parser.add_argument("--kind", action="append", choices=KINDS, help="may be given again (default: both)")
     parser.add_argument("--within", type=number, default=2.0, metavar="M", help="the limit in metres (default: 2)")
     parser.add_argument("--faces", choices=FACES, default="blur", help="pixelate heads (default: blur)")
     parser.add_argument("--out", metavar="DIR", help="where to write (default: DIR/figures)")
@@ -43,7 +44,5 @@ def run(args: argparse.Namespace) -> int:
         on_written=lambda path: print(path, flush=True),
     )  # fmt: skip
     if not drawn:
-        raise SettingsError(
-            f"{args.results}: no photo there that was measured is called like {' or '.join(args.photos)}"
-        )
+        raise SettingsError(f"{args.results}: no measured photo there matches {' or '.join(args.photos)}")
     return SOME_FAILED if results.has_damage else DONE

@@ -31,14 +31,14 @@ def lines() -> list[str]:
     found = [f"proxemetry {__version__}, Python {platform.python_version()}, {platform.system()}"]
     missing = {purpose: extra for purpose, package, extra in _PACKAGES if importlib.util.find_spec(package) is None}
     here = dict.fromkeys(purpose for purpose, _, _ in _PACKAGES if purpose not in missing)
-    found.append(f"can also do: {', '.join(here) or 'nothing'}")
-    found += [f"cannot do: {purpose}; pip install 'proxemetry[{extra}]'" for purpose, extra in missing.items()]
+    found.append(f"also available: {', '.join(here) or 'nothing'}")
+    found += [f"not available: {purpose}; pip install 'proxemetry[{extra}]'" for purpose, extra in missing.items()]
     return [*found, *_networks()]
 
 
 def _networks() -> list[str]:
     """Return where the networks lie, and who would find the people, or what is in the way."""
-    found = [f"networks lie in: {', '.join(map(str, weights.cache_folders()))}"]
+    found = [f"networks are in: {', '.join(map(str, weights.cache_folders()))}"]
     try:
         return [*found, *_eyes()]
     except (ModelError, SettingsError) as error:
@@ -55,11 +55,12 @@ def _eyes() -> list[str]:
         absent = [model for model in wanted if not weights.is_here(model)]
         if absent:
             found.append(
-                f"not here yet: {', '.join(absent)}; `proxemetry models fetch` gets them (needs the network once)"
+                f"not here yet: {', '.join(absent)}; `proxemetry models fetch` gets them (needs an internet "
+                "connection once)"
             )
         if here is None:
             return [*found, f"people would be found by: {default_eyes.EYES[0]}, once its networks are here"]
-        return [*found, f"people would be found by: {here}, until `proxemetry models fetch` gets better"]
+        return [*found, f"people would be found by: {here}, until `proxemetry models fetch` gets a better one"]
     absent = [model for model in BACKENDS[name].models if not weights.is_here(model)]
     if absent:
         return [*found, f"not here any more: {', '.join(absent)}; `proxemetry models fetch` gets them"]

@@ -27,17 +27,18 @@ from .run_options import (
 from .tally import print_results
 
 _EXAMPLES = """examples:
-  proxemetry measure photos --out results
-  proxemetry measure photos --out results --overlays --safe-distance 1.5
+  proxemetry measure photos --out results                          a folder of photos
+  proxemetry measure photos --out results --overlays --faces blur  with a picture of each photo to check
+  proxemetry measure photos --out results --safe-distance 1.5
   proxemetry measure IMG_1.JPG IMG_2.JPG --out results --focal-mm 50 --sensor-mm 36x24
-  proxemetry measure scans --out results --assume-fov 50           no metadata: an assumption, and marked as one
-  proxemetry measure frames --out results --mount CAMERA.json      a camera that stays, calibrated once
-  proxemetry measure --pose recorded:keypoints.json --out results  keypoints from elsewhere, photos or not
+  proxemetry measure scans --out results --assume-fov 50           no metadata: assumed, and marked as assumed
+  proxemetry measure frames --out results --mount CAMERA.json      a fixed camera, calibrated once
+  proxemetry measure --pose recorded:keypoints.json --out results  keypoints from elsewhere, with or without photos
   proxemetry measure archive --out results --shard 3/40            one of 40 jobs on one shared folder
 
-The same command again goes on where it was stopped, and measures what was added. Results: DIR/photos.csv, people.csv
-and pairs.csv (also as Parquet), DIR/scenes/, DIR/run.json, DIR/overlays/. Exit codes: 0 done; 1 done, but some photos
-failed (their rows have the reason); 2 nothing could be done.
+Run the same command again to continue where it stopped, or to measure photos that were added. Results: DIR/photos.csv,
+people.csv and pairs.csv (also as Parquet), DIR/scenes/, DIR/run.json, DIR/overlays/. Exit codes: 0 done; 1 done, but
+some photos failed (their rows have the reason); 2 nothing could be done.
 """
 
 
@@ -51,7 +52,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "--out", default="results", metavar="DIR", help="results folder, a path or a URL (default: results)"
     )
     _add_method(parser)
-    parser.add_argument("--no-lines", action="store_true", help="do not look at the picture's straight lines")
+    parser.add_argument("--no-lines", action="store_true", help="do not use straight lines in the picture")
     parser.add_argument(
         "--same-camera", action="store_true",
         help="photos of one size without a focal length were taken with one camera and lens: find it "
@@ -106,8 +107,8 @@ def _add_output(parser: argparse.ArgumentParser) -> None:
 def _add_run(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group("run")
     add_run_options(group)
-    group.add_argument("--engine", default="local", choices=ENGINES, help="ray: a cluster")
-    group.add_argument("--shard", type=_share, metavar="I/N", help="do the I-th of N parts of the work (I from 1)")
+    group.add_argument("--engine", default="local", choices=ENGINES, help="ray: on a Ray cluster")
+    group.add_argument("--shard", type=_share, metavar="I/N", help="do the I-th of N shares of the work (I from 1)")
     group.add_argument("--repair", action="store_true", help="measure again the photos of parts that are damaged")
 
 

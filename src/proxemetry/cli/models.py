@@ -16,13 +16,13 @@ from . import DONE, SOME_FAILED
 
 _EXAMPLES = """examples:
   proxemetry models list                        what there is, its licence, and what is here
-  proxemetry models fetch                       the best eyes that can be had: what --pose auto then is
-  proxemetry models fetch yolox_nano.onnx       one of the others
-  proxemetry models add ~/Downloads/FILE        a file that you have
+  proxemetry models fetch                       the best back end available, which --pose auto then uses
+  proxemetry models fetch yolox_nano.onnx       a single network
+  proxemetry models add ~/Downloads/FILE        a file that you already have
   proxemetry models verify                      check every file that is here
-  proxemetry models path pose_detection         where it lies
+  proxemetry models path pose_detection         where the file is
 
-PROXEMETRY_CACHE names the folder, or several as in PATH: all are searched, the first that can be written receives.
+PROXEMETRY_CACHE names the folder, or several as in PATH: all are searched, the first writable one receives new files.
 PROXEMETRY_OFFLINE=1 forbids fetching. PROXEMETRY_MIRROR is a web address that is tried first.
 """
 
@@ -32,17 +32,19 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.epilog = _EXAMPLES
     actions = parser.add_subparsers(dest="action", metavar="list|fetch|verify|path|add", required=True)
     actions.add_parser("list", help="every network: licence, size, origin, and whether it is here")
-    fetch = actions.add_parser("fetch", help="fetch networks (those of the best eyes where none is named)")
+    fetch = actions.add_parser("fetch", help="fetch networks (without names: those of the best back end available)")
     fetch.add_argument("names", nargs="*", metavar="NAME", help="a network, or all those of a back end")
-    fetch.add_argument("--accept-licence", action="store_true", help="needed where it forbids commercial use")
+    fetch.add_argument(
+        "--accept-licence", action="store_true", help="needed for networks whose licence forbids commercial use"
+    )
     fetch.add_argument(
         "--offline", action="store_true", help="fetch nothing: fail if something needed is not on this machine"
     )
-    verify = actions.add_parser("verify", help="check hashes (of every file that is here where none is named)")
+    verify = actions.add_parser("verify", help="check hashes (without names: of every file that is here)")
     verify.add_argument("names", nargs="*", metavar="NAME")
-    path = actions.add_parser("path", help="print where a network lies, or the cache folders where none is named")
+    path = actions.add_parser("path", help="print where a network is (without names: the cache folders)")
     path.add_argument("names", nargs="*", metavar="NAME")
-    add = actions.add_parser("add", help="copy a file that you have into the cache, once its hash is right")
+    add = actions.add_parser("add", help="copy a file that you already have into the cache, if its hash is right")
     add.add_argument("file", metavar="FILE")
     add.add_argument("--name", help="which network it is; without it the hash decides")
 

@@ -41,7 +41,7 @@ class Reporter:
             self._started = self._said = time.monotonic()
         self._last = progress
         for trace in progress.errors:
-            self._write(f"proxemetry: a bug in one {self._unit}; the run goes on. Please report it:\n{trace}")
+            self._write(f"proxemetry: a bug in one {self._unit}; the run continues. Please report it:\n{trace}")
         if sys.stderr.isatty():
             self._show()
         elif time.monotonic() - self._said >= _SECONDS_BETWEEN_LINES:

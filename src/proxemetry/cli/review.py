@@ -14,10 +14,10 @@ from ..plots.faces import FACES
 from . import end_as_by_ctrl_c
 
 _EXAMPLES = """examples:
-  proxemetry review results                    look at a run, photo by photo, and put right what is wrong
+  proxemetry review results                    go through a run photo by photo and correct what is wrong
   proxemetry review                            drop photos onto the page, or measure a folder from it
   proxemetry review results --who ben --blind  a second reviewer who must not see the first one's corrections
-  proxemetry review results --agreement ada ben  how well the two agree
+  proxemetry review results --agreement ada ben  report how well the two agree
 """
 
 _HOW_IT_ENDS = "Ctrl-C ends it; everything is saved as you go"

@@ -53,7 +53,7 @@ def child_weight(args: argparse.Namespace) -> float:
 def add_run_options(parser: Options) -> None:
     """Add how the work is done."""
     parser.add_argument(
-        "--jobs", type=int, metavar="N", help="worker processes; default: one a core; 0: none, for debugging"
+        "--jobs", type=int, metavar="N", help="worker processes (default: one per core; 0: none, for debugging)"
     )
     parser.add_argument("--restart", action="store_true", help="start over: measure again what the folder already has")
     parser.add_argument(

@@ -35,15 +35,20 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.epilog = _EXAMPLES
     parser.add_argument(
         "predictions", nargs="*", metavar="PREDICTIONS",
-        help="prediction file or results folder of `measure`; several, as NAME=FILE, for --table",
+        help="prediction file or results folder of `measure`; give several as NAME=FILE",
     )  # fmt: skip
     parser.add_argument("--labels", metavar="DIR", help="folder with the three label files")
-    parser.add_argument("--protocol", choices=list(PROTOCOLS), default=DEFAULT_PROTOCOL)
-    parser.add_argument("--json", metavar="FILE", help="write the score here")
-    parser.add_argument("--csv", metavar="FILE", help="write one row a photo here")
-    parser.add_argument("--plot", metavar="FILE", help="draw the score, or the table, here (.png, .pdf, .svg)")
+    parser.add_argument(
+        "--protocol", choices=list(PROTOCOLS), default=DEFAULT_PROTOCOL,
+        help="rules of scoring: v1, corrected (default), or seker2021, as published",
+    )  # fmt: skip
+    parser.add_argument("--json", metavar="FILE", help="write the score to this file")
+    parser.add_argument("--csv", metavar="FILE", help="write one row per photo to this file")
+    parser.add_argument("--plot", metavar="FILE", help="draw the score, or the table, to this file (.png, .pdf, .svg)")
     parser.add_argument("--table", choices=list(TABLES), help="one of the paper's tables instead of the whole score")
-    parser.add_argument("--format", choices=("text", "csv", "latex"), default="text", help="of --table")
+    parser.add_argument(
+        "--format", choices=("text", "csv", "latex"), default="text", help="form of --table (default: text)"
+    )
     parser.add_argument("--check", metavar="DIR", help="list every fault of a labels folder, and score nothing")
 
 

@@ -1,4 +1,4 @@
-"""`proxemetry summary`: an archive's figures by year, country, folder or any column."""
+"""`proxemetry summary`: print an archive's figures by year, country, folder or any other column."""
 
 from __future__ import annotations
 
@@ -33,8 +33,8 @@ _EXAMPLES = f"""examples:
   proxemetry summary results --pairs-where mask=no
   proxemetry summary results --methods
 
---by takes {", ".join(GROUPINGS)} or any column of the photos table. Brackets are the central 90 % of where a figure
-may lie if the photos are a sample; photos are what is sampled, their pairs are not independent.
+--by takes {", ".join(GROUPINGS)} or any column of the photos table. Brackets are 90 % intervals if the photos are a
+sample; the sampling unit is the photo, since the pairs in one photo are not independent.
 """
 
 
@@ -45,7 +45,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--by", action="append", default=[], metavar="WHAT", help="group by this; may be given again")
     add_pairs_where(parser)
     parser.add_argument("--methods", action="store_true", help="print a methods paragraph to paste, and nothing else")
-    parser.add_argument("--distinct", action="store_true", help="count copies of a file once a group")
+    parser.add_argument("--distinct", action="store_true", help="count copies of a file only once in each group")
     parser.add_argument(
         "--csv", metavar="FILE", help="write the figures as CSV too (- for stdout, instead of the table)"
     )
@@ -116,7 +116,7 @@ def _print(summary: Summary) -> None:
     ]
     print("\n".join(in_blocks(keys, groups, terminal_width())))
     for note in (
-        "nearest other person: quote its median; that of all pairs is mostly the size of a crowd",
+        "nearest other person: quote its median; that of all pairs mostly reflects the size of crowds",
         "zones: shares of all pairs, each counted by its probabilities",
     ):
         print(note)

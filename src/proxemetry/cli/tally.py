@@ -105,14 +105,17 @@ def _print_totals(counts: Totals) -> None:
         who = "one" if counts.duplicates == 1 else f"{counts.duplicates} of them"
         print(f"         {who} may be counted twice: possible_duplicate in people.csv")
     if counts.doubtful > counts.duplicates:
-        who = "one may be no person" if counts.doubtful == 1 else f"{counts.doubtful} of them may be no people"
+        who = "one may not be a person" if counts.doubtful == 1 else f"{counts.doubtful} of them may not be people"
         print(f"         {who} (animals, drawings, legs alone) or counted twice: doubt in people.csv")
     if not counts.pairs:
         print("pairs    0")
         return
     zones = ", ".join(f"{zone} {share:.0%}" for zone, share in counts.zone_shares.items())
     print(f"pairs    {counts.pairs}: {zones} (by their probabilities)")
-    print(f"         median of all pairs {metres_text(counts.median_m or math.nan)}, mostly the size of the crowds")
+    print(
+        f"         median of all pairs {metres_text(counts.median_m or math.nan)}, which mostly reflects the size of "
+        "crowds"
+    )
     if counts.uncertain:
         print(f"         {counts.uncertain} of uncertain zone: read their intervals and probabilities")
     if counts.safe_distance_m is not None:

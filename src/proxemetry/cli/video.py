@@ -38,9 +38,9 @@ _EXAMPLES = """examples:
   proxemetry video square.mp4 --out results --focal-35mm 26          the camera's place from the people
   proxemetry video a.mp4 b.mp4 --out results --within 1.5 2 --fps 2  a folder each
   proxemetry video timelapse --out results --mount CAMERA.json       a folder of pictures of one fixed camera
-  proxemetry video top.mp4 --out results --mount CAMERA.json --detections boxes.txt
+  proxemetry video top.mp4 --out results --mount CAMERA.json --detections boxes.txt    boxes from a tracker
 
-The same command again goes on where it was stopped. Results: DIR/frames.csv, tracks.csv, people.csv,
+Run the same command again to continue where it stopped. Results: DIR/frames.csv, tracks.csv, people.csv,
 pairs_over_time.csv, exposure.csv, events.csv (also as Parquet), summary.json, report.html, DIR/scenes/. Exit codes: 0
 done; 1 done, but some clips or frames failed; 2 nothing could be done.
 """
@@ -54,7 +54,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "--out", required=True, metavar="DIR", help="results folder; for several clips, the folder that holds theirs"
     )
     parser.add_argument(
-        "--fps", type=number, default=5.0, metavar="N", help="frames looked at a second, at most (default: 5)"
+        "--fps", type=number, default=5.0, metavar="N", help="frames measured per second, at most (default: 5)"
     )
     _add_people(parser)
     add_camera_options(parser)
@@ -163,7 +163,7 @@ def _job(args: argparse.Namespace) -> tuple[Job, Wanted]:
         raise SettingsError(f"--min-event {args.min_event:g}: it must be 0 or more")
     if args.annotated:
         if args.aggregate_only:
-            raise SettingsError("--annotated shows everybody, --aggregate-only nobody: leave one of them out")
+            raise SettingsError("--annotated shows everyone, --aggregate-only no one: leave one of them out")
         from ..clip.annotate import require_encoder
 
         require_encoder()

@@ -32,7 +32,7 @@ def columns(table: str, limits: Sequence[float | str], attributes: Sequence[str]
 
 def _frames(limits: Sequence[str]) -> tuple[Column, ...]:
     return (
-        Column("frame", _I, "", "number of the frame among those looked at, from 0", identifies=True),
+        Column("frame", _I, "", "number of the frame among those measured, from 0", identifies=True),
         Column("t_s", _N, "s", "when, from the clip's beginning"),
         Column("status", _T, "", "ok, no_camera or failed", levels=("ok", "no_camera", "failed")),
         Column("reason", _T, "", "why nothing was measured"),
@@ -148,17 +148,18 @@ def _events(limits: Sequence[str]) -> tuple[Column, ...]:
 
 #: What a row of each table is, and what its numbers come from.
 SOURCES = {
-    "frames": "A row a frame that was looked at. People are counted on their smoothed paths; pairs are sums of "
+    "frames": "One row per frame that was measured. People are counted on their smoothed paths; pairs are sums of "
     "probabilities; `status` and `n_detected` are of the frame by itself.",
-    "tracks": "A row a person and frame. Places and velocities are the smoothed path (Rauch-Tung-Striebel) through the "
-    "scene fit's places, all frames before and after known; headings are the fit's own, frame by frame.",
-    "people": "A row a track. Statures are pooled over its frames; groups are a logistic regression on how two paths "
-    "lie to each other.",
-    "pairs_over_time": "A row a pair and frame in which both were there, from the two smoothed paths with their joint "
-    "covariance, the errors of camera and floor shared.",
-    "exposure": "A row a pair of tracks that were there at one time. Seconds are the integral of the probability over "
-    "time; their intervals come from 200 draws of the whole clip.",
-    "events": "A row an encounter: it begins below a limit, ends above 1.15 times it, and lasts `--min-event` or more.",
+    "tracks": "One row per person and frame. Places and velocities are the smoothed path (Rauch-Tung-Striebel) "
+    "through the scene fit's places, all frames before and after known; headings are the fit's own, frame by frame.",
+    "people": "One row per track. Statures are pooled over its frames; groups are a logistic regression on how two "
+    "paths lie to each other.",
+    "pairs_over_time": "One row per pair and frame in which both were there, from the two smoothed paths with their "
+    "joint covariance, the errors of camera and floor shared.",
+    "exposure": "One row per pair of tracks that were there at one time. Seconds are the integral of the probability "
+    "over time; their intervals come from 200 draws of the whole clip.",
+    "events": "One row per encounter: it begins below a limit, ends above 1.15 times it, and lasts `--min-event` or "
+    "more.",
 }
 
 

@@ -31,10 +31,11 @@ _METHOD = (
     "a person in each."
 )
 _LIMITS = (
-    "A track is not a person: who leaves and comes back is counted again, and two who pass each other may be swapped.",
+    "A track is not a person: a person who leaves and comes back is counted again, and two people who pass each "
+    "other may be swapped.",
     "Distances are between body centres; the gap between two bodies is about 0.25 m less.",
     "The floor is taken to be level. On stairs and slopes distances are wrong.",
-    "Who belongs together is a probability, from how people move; they were not asked.",
+    "Whether people belong together is a probability, estimated from how they move; nobody was asked.",
     "Where the camera's place was found from the people, all distances may be wrong the same way, by up to a tenth.",
     "It is for the study of behaviour, not for judging or enforcing anything on single people.",
 )
@@ -162,7 +163,7 @@ def _head(numbers: Mapping[str, Any], run: Mapping[str, Any]) -> str:
     density = numbers["density_persons_m2"]
     facts = [
         ("length", f"{numbers['seconds']:.0f} s"),
-        ("frames looked at", f"{numbers['n_frames']:,}"),
+        ("frames measured", f"{numbers['n_frames']:,}"),
         ("people, at least and at most", f"{numbers['people_at_least']} – {numbers['people_at_most']}"),
         ("groups of two and more", _count(numbers["n_groups"])),
     ]
@@ -170,8 +171,8 @@ def _head(numbers: Mapping[str, Any], run: Mapping[str, Any]) -> str:
         facts.append(("persons per m²", _range(density["value"], density["low"], density["high"], digits=3)))
     tiles = "".join(f"<div><strong>{escape(v)}</strong><span>{escape(k)}</span></div>" for k, v in facts)
     return (
-        f"<header><p class='brand'>proxemetry</p><h1>{escape(str(numbers['clip']))}</h1><p>Who was how near to whom, "
-        f"and for how long: proxemetry {escape(str(run.get('version', '')))}, people found by "
+        f"<header><p class='brand'>proxemetry</p><h1>{escape(str(numbers['clip']))}</h1><p>Who was near whom, how "
+        f"near, and for how long: proxemetry {escape(str(run.get('version', '')))}, people found by "
         f"{escape(str(run.get('pose', '')))}.</p>{_not_followed(numbers)}<div class='tiles'>{tiles}</div></header>"
     )
 
@@ -180,7 +181,7 @@ def _not_followed(numbers: Mapping[str, Any]) -> str:
     lost = numbers["seconds_not_followed"]
     return "" if not lost else (
         f"<p><strong>For {lost:.1f} of {numbers['seconds']:.1f} s the camera moves, its pictures cannot be compared, "
-        "or people cannot be placed: nobody is followed then, and near whom people were is unknown, not zero."
+        "or people cannot be placed: nobody is followed then, and who was near whom is unknown, not zero."
         f"{'' if numbers['n_groups'] is None else ' The numbers are of the rest.'}</strong></p>"
     )  # fmt: skip
 

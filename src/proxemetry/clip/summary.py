@@ -71,7 +71,7 @@ def summary(found: Analysis, sums: Sums, clip: str) -> dict[str, Any]:
         "n_tracks": seen, "people_at_least": at_once, "people_at_most": seen + _unfollowed(found),
         "seconds_not_followed": _seconds_not_followed(found),
         "n_groups": len({p.group for p in found.people if _size(found, p.group) > 1}) if any_followed else None,
-        "people_bound": "tracks count a person twice who leaves and comes back, so there were at most so many people, "
+        "people_bound": "a person who leaves and comes back has two tracks, so there were at most so many people, "
         "and at least as many as were there at one time",
         "density_persons_m2": _density(found), "region_area_m2": found.region.area_m2 if found.region else None,
         "within_m": per_limit, "critical_density": _critical(found, sums),
@@ -95,7 +95,7 @@ def _notes(found: Analysis) -> list[str]:
     only = [] if where is None else [f"only people with {where} count in pairs, and pairs of two such people"]
     lost = _seconds_not_followed(found)
     unseen = [] if not lost else [
-        f"nobody was followed for {lost:.1f} of {float(found.weight_s.sum()):.1f} s: near whom people were then is "
+        f"nobody was followed for {lost:.1f} of {float(found.weight_s.sum()):.1f} s: who was near whom then is "
         "unknown, and not in these numbers"
     ]  # fmt: skip
     return [*found.measured.notes, *only, *unseen]

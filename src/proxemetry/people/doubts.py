@@ -32,7 +32,7 @@ class PersonDoubt(StrEnum):
 
 
 _WORDS = {
-    PersonDoubt.POSSIBLE_DUPLICATE: "may be another person seen twice",
+    PersonDoubt.POSSIBLE_DUPLICATE: "may be another person found twice",
     PersonDoubt.OTHER_CLASS: "may be another kind of thing",
     PersonDoubt.NO_UPPER_BODY: "legs without a body above",
     PersonDoubt.IN_PICTURE: "may be on a screen or in a picture",

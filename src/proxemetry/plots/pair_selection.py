@@ -146,7 +146,7 @@ def footnote(scene: Scene, shown: list[tuple[int, int]]) -> str:
     doubtful = [(person, reasons) for person, reasons in enumerate(scene.doubts) if reasons]
     if doubtful:
         named = "; ".join(f"{person}: {in_words(scene.people, person, reasons)}" for person, reasons in doubtful)
-        words.append(f"Perhaps no person, or one twice ({VAGUE_MARK}): {named}.")
+        words.append(f"In doubt: perhaps not a person, or one found twice ({VAGUE_MARK}): {named}.")
     if scene.camera.flags:
         words.append(f"Camera: {'; '.join(map(str, scene.camera.flags))}.")
     return " ".join(words)

@@ -75,7 +75,9 @@ def choose(*, offline: bool = False, log: Log | None = None, progress: weights.P
             continue
         for line in why_not:
             log(line)
-        rank = "the best of all" if name == EYES[0] else f"the next best after {' and '.join(EYES[: EYES.index(name)])}"
+        rank = (
+            "the first choice" if name == EYES[0] else f"the next choice after {' and '.join(EYES[: EYES.index(name)])}"
+        )
         log(f"people will be found by {name}, {rank}; another: `--pose NAME`")
         _write_down(name)
         return name

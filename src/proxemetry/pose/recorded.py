@@ -117,7 +117,7 @@ class Recorded:
             return None
         if self._path.is_dir():
             return (
-                f"no people recorded: {self._path.name} has no file for it, as tools write none where they find nobody"
+                f"no people recorded: {self._path.name} has no file for it, as tools write none where they find no one"
             )
         return f"no people recorded: {self._path.name} names only photos with people ({self._some()}), and not this one"
 

@@ -80,13 +80,13 @@ BACKENDS: dict[str, Entry] = {
     "nanodet-movenet": _on_litert(
         "nanodet-movenet",
         ("nanodet_g.tflite", "movenet_thunder.tflite"),
-        "17 joints, out of package registries: the default where GitHub cannot be reached",
+        "17 joints, from package registries: the default where GitHub cannot be reached",
     ),
     "blazepose": Entry(
         "blazepose:open_backend",
         weights.EMBEDDED,
         "ai_edge_litert",
-        "33 joints, out of the Python package index alone: where neither of the others can be had",
+        "33 joints, from the Python package index alone: where neither of the others is available",
         takes=("flip",),  # it always does
         wants=(weights.EMBEDDED_FINDER,),
     ),

@@ -53,7 +53,9 @@ def page(
             links,
             "A distance near zero is more often a person found twice.",
         ),
-        _pairs("The least certain pairs", numbers.uncertain_pairs, links, "Where looking at the photo pays most."),
+        _pairs(
+            "The least certain pairs", numbers.uncertain_pairs, links, "Where checking the photo is most worthwhile."
+        ),
         _method(run, methods),
     ]
     return (
@@ -108,7 +110,7 @@ def _distances(numbers: Numbers) -> str:
     )  # fmt: skip
     return (
         f"<section><h2>Distances</h2><p>Between body centres, {kind}; the gap between two bodies is about 0.25 m less. "
-        "Brackets and the shaded band hold the central 90 %, reckoned over photos, because pairs in one photo are not "
+        "Brackets and the shaded band hold the central 90 %, computed over photos, because pairs in one photo are not "
         "independent. Each distance counts for a zone by its probability of lying in it. Quote the distance to the "
         "nearest other person and the zones of all pairs; the median of all pairs is mostly the size of a crowd.</p>"
         f"{_on_assumptions(numbers)}{legend()}"
@@ -180,7 +182,7 @@ def _refusals(numbers: Numbers) -> str:
         f"<section><h2>What was and was not measured</h2>{_counts('Photos', statuses)}"
         f"{_counts('Why photos have no distances', numbers.refusals)}"
         f"{_counts('Why people have no place', numbers.unplaced)}"
-        f"{_counts('People who may be none, or counted twice', _doubts(numbers))}</section>"
+        f"{_counts('People in doubt: perhaps not people, or counted twice', _doubts(numbers))}</section>"
     )
 
 
@@ -205,7 +207,7 @@ def _shoots(shoots: Sequence[str]) -> str:
     if not shoots:
         return ""
     said = "".join(f"<li>{escape(text)}</li>" for text in shoots)
-    return f"<h3>What the people of photos of one camera tell (--same-camera)</h3><ul>{said}</ul>"
+    return f"<h3>What the people in photos from one camera show (--same-camera)</h3><ul>{said}</ul>"
 
 
 def _figures(figures: Sequence[tuple[str, str]], faces: str) -> str:

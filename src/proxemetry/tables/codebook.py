@@ -70,7 +70,7 @@ def codebook_markdown() -> str:
         "# Codebook",
         "",
         "The columns of the tables in a results folder; a value that is missing is empty. Attributes of recorded "
-        f"people are columns besides: KEY is `{PREFIX}KEY` in people, `{PREFIX}KEY_a` and `{PREFIX}KEY_b` in pairs.",
+        f"people are further columns: KEY is `{PREFIX}KEY` in people, `{PREFIX}KEY_a` and `{PREFIX}KEY_b` in pairs.",
         "",
     ]
     for table, columns in _codebook().items():

@@ -11,8 +11,8 @@ DOUBT, NO_DOUBT = "doubt", "none"
 _AND = "+"
 
 MEANING = (
-    f"why this may be no person, or one seen twice: {', '.join(PersonDoubt)}, with {_AND} between them; {NO_DOUBT}: "
-    "nothing speaks against it; empty: measured before it was asked"
+    f"why this may not be a person, or may be one found twice: {', '.join(PersonDoubt)}, with {_AND} between them; "
+    f"{NO_DOUBT}: no doubt; empty: measured by a version without this column"
 )
 
 

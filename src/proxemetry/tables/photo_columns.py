@@ -101,7 +101,7 @@ PHOTOS = (
     Column("camera_flags", "VARCHAR", "", "what is doubtful about the camera", _camera_flags),
     Column("camera_height_m", "DOUBLE", "m", "height of the camera above the floor", _floor("height_m")),
     Column("camera_pitch_deg", "DOUBLE", "deg", "camera pitch, positive looks down", _floor("pitch_rad", _DEGREES)),
-    Column("mount_source", "VARCHAR", "", "what told the camera's place before the people were seen", _mount_source),
+    Column("mount_source", "VARCHAR", "", "where prior knowledge of the camera's place came from", _mount_source),
     Column("date", "VARCHAR", "", "when the photo was taken (its metadata)", _about("date")),
     Column("country", "VARCHAR", "", "country (its metadata)", _about("country")),
     Column("city", "VARCHAR", "", "city (its metadata)", _about("city")),

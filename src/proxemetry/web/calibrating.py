@@ -133,7 +133,7 @@ def _mount(clicked: Clicked, camera: Camera, known: bool) -> tuple[Mount, tuple[
         mount, wrong = fit.mount, tuple(k - 1 for k in fit.wrong)
         if fit.spread > 1.5:
             notes.append(
-                f"the points miss {fit.spread:.1f} times as far as click and tape explain: the intervals are wider"
+                f"the points are off by {fit.spread:.1f} times what click and tape explain: the intervals are wider"
             )
         if len(clicked.points) == _FEWEST_POINTS:
             notes.append("four points always fit nearly: a fifth one shows whether they are right")

@@ -37,8 +37,8 @@ _BODIES = {
 _TURNED = {
     "undistort": "lens distortion was not corrected",
     "lines": "straight lines in the pictures were not used",
-    "other_photos": "each photograph was taken by itself, without what others of the same camera model tell",
-    "drone": "what a drone's file states of its height and gimbal was not used",
+    "other_photos": "each photograph was measured by itself, without evidence from others of the same camera model",
+    "drone": "the height and gimbal angles in drones' files were not used",
 }
 
 
@@ -106,7 +106,7 @@ def _placing(settings: Mapping[str, Any]) -> str:
         return (_COMBINED if method == "combined" else _ONE_LENGTH.format(method=method)) + peculiarities + "."
     expected = str(locate.get("body_size") or "mixed")
     bodies = _BODIES[expected].format(share=locate.get("child_weight", CHILD_WEIGHT))
-    floor = "each for themselves, without a shared floor," if locate.get("floor") == "none" else "on a shared floor"
+    floor = "each independently, without a shared floor," if locate.get("floor") == "none" else "on a shared floor"
     return (
         f"A joint fit per photo then placed all people at once: {bodies}, {floor} before one camera, each keypoint "
         "weighted by its own uncertainty."
@@ -159,7 +159,7 @@ def _focal_sentence(counts: Mapping[FocalBasis, int]) -> str:
         return "Focal lengths came from the files' metadata or were stated."
     return (
         f"Of the {measured:,} measured photographs, the focal length was {' and '.join(guessed)}; the intervals there "
-        "hold that uncertainty."
+        "include that uncertainty."
     )
 
 

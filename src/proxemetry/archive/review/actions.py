@@ -113,13 +113,13 @@ class Kind:
 ACTIONS: dict[str, Kind] = {
     "remove_person": Kind("not a person, or one found twice: {box}", _check_box),
     "add_person": Kind("a person who was missed: {joints: {name: [x, y]}}", _check_joints),
-    "move_joint": Kind("a joint put right, or taken away: {box, joint, to: [x, y] or null}", _check_move),
+    "move_joint": Kind("a joint moved, or removed: {box, joint, to: [x, y] or null}", _check_move),
     "set_camera": Kind("the focal length: {focal_px}, {focal_35mm} or {focal_mm, sensor_mm: [w, h]}", _check_camera),
     "off_floor": Kind("stands on another floor: {box, off_floor}", _check_flag("off_floor", person=True)),
     "body_size": Kind("whose body lengths to expect: {box, body_size or null}", _check_size),
     "exclude": Kind("the photo does not count: {excluded, reason}", _check_flag("excluded", person=False), False),
     "note": Kind("a remark on the photo: {text}", _check_note, False),
-    "checked": Kind("looked at and found right: {}", lambda value: None, False),
+    "checked": Kind("checked and found right: {}", lambda value: None, False),
 }
 
 

@@ -157,7 +157,7 @@ def _told_by_others(schedule: Schedule, listed: Manifest) -> None:
         schedule.on_progress(Note(shoot.said))
     if settings.same_camera and not pool.shoots:
         schedule.on_progress(Note(
-            f"--same-camera told nothing: no {LEAST_PHOTOS} photos of one size show people and lack a focal length"
+            f"--same-camera had no effect: no {LEAST_PHOTOS} photos of one size show people and lack a focal length"
         ))  # fmt: skip
 
 

@@ -86,7 +86,7 @@ def _shoot(photos: Sequence[_Seen], root: str | None, settings: LocateSettings) 
     try:
         fit = told_by_shoot([p.people for p in stayed], width, height, settings, stayed=background is not None)
     except ProxemetryError as error:
-        return Shoot(None, f"{named}: the people do not tell it ({error}): state it")
+        return Shoot(None, f"{named}: the people do not determine it ({error}): state it")
     low, high = (math.exp(fit.log_focal_px + side * HALF_WIDTH_SD * fit.log_sd) for side in (-1, 1))
     if fit.doubt is not None:
         return Shoot(None, f"{named}: their people leave it open ({low:.0f} to {high:.0f} px; {fit.doubt}): state it")

@@ -70,7 +70,7 @@ def calibrate(people: People, width: int, height: int) -> CameraEstimate:
     candidate = Candidate(posterior.f_px, posterior.log_sd, source)
     interval = f"{posterior.low_px:.0f} to {posterior.high_px:.0f} px"
     if HALF_WIDTH_SD * posterior.log_sd > math.log1p(WIDEST):
-        reason = f"the people leave it open from {interval}: too wide"
+        reason = f"the people leave it open within {interval}: too wide"
         return CameraEstimate(None, (candidate,), reason=reason)
     camera = Camera.centred(posterior.f_px, width, height, focal_rel_sd=posterior.log_sd, source=source)
     camera = replace(camera, principal_sd_px=frame_of(width, height, Metadata()).principal_sd_px)
@@ -82,7 +82,7 @@ def focal_posterior(people: People, width: int, height: int) -> FocalPosterior |
     """Return the posterior of the focal length in pixels, or why there is none."""
     segments = segments_of(people, width, height)
     if len(segments.rows) < 3:
-        return f"{len(segments.rows)} upright people with feet and head in view, and it takes 3"
+        return f"only {len(segments.rows)} upright with feet and head in view; 3 people are needed"
     start = consensus(segments)
     if start.explains(segments).sum() < 3:
         return _TOO_FEW_AGREE
