@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -13,12 +15,17 @@ from .people import People
 #: `data/labelled_people`) and 7 doubles, whose similarity to a surer person was checked by eye, 2 people and 4 of the
 #: doubles lie above.
 POSSIBLY_SAME = 0.25
-#: A skeleton that is another one moved aside and a little resized, as panoramas and double exposures show people twice:
-#: moved by this part of the square root of the smaller box's area at most, resized by this factor at most, and as alike
-#: as this once both are taken back. Of 2,411 pairs of people in hand-labelled photos (`data/photos`,
-#: `data/labelled_people`, `data/street_sample`; yolox-tinypose and nanodet-movenet) none is; of 27 people laid 0.3 of
-#: their width aside and found twice 15 are (`benchmarks/networks/doubtful.py`).
-MOST_MOVED, MOST_RESIZED, SAME_SHAPE = 0.4, 1.4, 0.7
+#: Two skeletons have one shape if they are as alike as `SAME_SHAPE` once a shift and a factor of size are taken back.
+#: With a shift below `MOST_MOVED`, in square roots of the smaller box's area, and a factor below `MOST_RESIZED` it is
+#: one person whom a panorama or a double exposure shows twice: 0.34 is 0.3 m on a standing body, so people side by side
+#: are further apart, and one behind the other looks smaller. Of 27 people laid 0.3 of their width aside and found
+#: twice, in equal size or 0.9 of it, 15 are told; of 3,386 pairs of people in the photos of
+#: `benchmarks/networks/doubtful.py` (yolox-tinypose and nanodet-movenet) one is taken for one person. The limits were
+#: settled on these and on group photos: with 0.4 and 1.4 it would be four pairs, and five of people who pose in a row.
+SAME_SHAPE, MOST_MOVED, MOST_RESIZED = 0.7, 0.34, 1.15
+#: Skeletons of one shape that lie further apart than this, with sizes more different than `MOST_RESIZED`, are of two
+#: people one behind the other, even where they overlap: a second skeleton on one body lies nearer to the first.
+_APART = 0.15
 #: Fewer shared joints are alike in many bodies.
 _LEAST_SHARED = 8
 
@@ -51,16 +58,39 @@ def possible_duplicates(people: People) -> NDArray[np.bool_]:
     rank = np.empty(len(people), dtype=int)
     rank[order] = np.arange(len(people))
     surer = rank[None, :] < rank[:, None]
-    same = (similarity(people) > POSSIBLY_SAME) | moved_aside(people)
+    shapes = _same_shapes(people)
+    behind = shapes.same & (shapes.moved > _APART) & (shapes.resized >= MOST_RESIZED)
+    same = ((similarity(people) > POSSIBLY_SAME) & ~behind) | shapes.aside
     return np.asarray((same & surer).any(axis=1))
 
 
 def moved_aside(people: People) -> NDArray[np.bool_]:
-    """Return whose skeleton is another's moved aside by less than a body and a little resized, shape (P, P).
+    """Return whose skeleton is another's moved aside by less than a body and hardly resized, shape (P, P).
 
     Two people seldom stand in the same pose so near to one another; a photo that shows one twice does.
     """
+    return _same_shapes(people).aside
+
+
+@dataclass(frozen=True, eq=False)
+class _Shapes:
+    """Of all pairs of people, shape (P, P), symmetric: whether their skeletons have one shape, and how they differ.
+
+    moved: in square roots of the smaller box's area. resized: the factor, 1 or more. Both NaN where boxes lie apart.
+    """
+
+    same: NDArray[np.bool_]
+    moved: FloatArray
+    resized: FloatArray
+
+    @property
+    def aside(self) -> NDArray[np.bool_]:
+        return self.same & (self.moved < MOST_MOVED) & (self.resized < MOST_RESIZED)
+
+
+def _same_shapes(people: People) -> _Shapes:
     same = np.zeros((len(people), len(people)), dtype=bool)
+    moved, resized = np.full(same.shape, np.nan), np.full(same.shape, np.nan)
     sides = np.maximum(people.boxes_px[:, 2:] - people.boxes_px[:, :2], 1.0)
     sizes = np.sqrt(sides.prod(axis=1))
     middles = (people.boxes_px[:, :2] + people.boxes_px[:, 2:]) / 2
@@ -75,12 +105,11 @@ def moved_aside(people: People) -> NDArray[np.bool_]:
     size = np.minimum(sizes[one], sizes[other])
     sigmas = sigmas_of(people.skeleton.joints)
     alike = keypoint_similarity((left**2).sum(axis=-1), size**2, sigmas, shared.astype(float))
-    moved = np.linalg.norm(centres[1] - centres[0], axis=-1) / size
-    resized = np.maximum(factor, 1 / np.maximum(factor, 1e-9))
-    same[one, other] = (
-        (alike > SAME_SHAPE) & (moved < MOST_MOVED) & (resized < MOST_RESIZED) & (number >= _LEAST_SHARED)
-    )
-    return same | same.T
+    for pair in ((one, other), (other, one)):
+        same[pair] = (alike > SAME_SHAPE) & (number >= _LEAST_SHARED)
+        moved[pair] = np.linalg.norm(centres[1] - centres[0], axis=-1) / size
+        resized[pair] = np.maximum(factor, 1 / np.maximum(factor, 1e-9))
+    return _Shapes(same, moved, resized)
 
 
 def _shape(points: FloatArray, shared: NDArray[np.bool_]) -> tuple[FloatArray, FloatArray, FloatArray]:
