@@ -7,7 +7,7 @@ some 80 px tall. Truth are the authors' boxes of the first 400 frames, whose low
 calibration, right to 0.1 to 0.2 m. The focal length is given, the camera's place is not. One frame in twenty is taken;
 neighbouring frames show the same people again, so that shares are less sure than their number says.
 
-The factor on PP-TinyPose's noise was chosen here; nothing else was.
+`alike` of `keypoint_noise.toml` was chosen with these frames in view; nothing else was.
 """
 
 from __future__ import annotations
