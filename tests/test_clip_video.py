@@ -305,6 +305,7 @@ def test_boxes_of_another_program_stand_on_the_floor(made, tmp_path):
     ]) == 0  # fmt: skip
     tracks = table(tmp_path / "out", "tracks")
     assert len({r["track"] for r in tracks}) == 4
+    assert {r["doubt"] for r in [*tracks, *table(tmp_path / "out", "people")]} == {""}  # boxes tell nothing of it
     places = np.array([[float(r["x_m"]), float(r["y_m"])] for r in tracks if r["frame"] == "10"])
     assert np.linalg.norm(places[:, None] - truth[10], axis=-1).min(axis=1) == pytest.approx(np.zeros(4), abs=0.1)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,10 +14,12 @@ from ..archive.store.folder import Folder
 from ..arrays import FloatArray
 from ..camera import Mount
 from ..measure import Settings
-from ..people.attributes import Attributes, PairsWhere, most_frequent, values_of
+from ..people.attributes import Attributes, PairsWhere, most_frequent
+from ..people.doubts import PersonDoubt
 from ..scene import Scene
 from .camera import ClipCamera, chosen_frames, told_by_people
 from .density import Region
+from .doubts import counts, of_most, of_sightings, require_some
 from .events import SHORTEST_S
 from .exposure import (
     DRAWS,
@@ -58,7 +61,8 @@ class Person:
     """One track with what holds for the whole of it.
 
     heading_rad: shape (n,), NaN where unseen. rows: shape (n,), the person's row in each scene, -1 where unseen.
-    attributes: of each the value that most of the sightings have.
+    attributes: of each the value that most of the sightings have. doubts: of each sighting, None where unseen or not
+    asked; doubt: what most of the sightings say, None where none was asked.
     """
 
     track: Track
@@ -69,6 +73,12 @@ class Person:
     heading_rad: FloatArray
     rows: NDArray[np.intp]
     attributes: Attributes = field(default_factory=dict[str, str])
+    doubts: Sequence[tuple[PersonDoubt, ...] | None] = ()
+
+    @cached_property
+    def doubt(self) -> tuple[PersonDoubt, ...] | None:
+        """What most of the sightings say."""
+        return of_most([reasons for reasons in self.doubts if reasons is not None])
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,7 +125,9 @@ class Analysis:
         """Yield every pair of tracks that were there at one time and count."""
         where = self.wanted.where
         for number, shot in enumerate(self.measured.shots):
-            counted = [p for p in self.people if p.shot == number and (where is None or where.holds(p.attributes))]
+            counted = [
+                p for p in self.people if p.shot == number and (where is None or counts(where, p.attributes, p.doubt))
+            ]
             tracks = [p.track for p in counted]
             yield from pairs_over_time(
                 tracks, self.weight_s, self.wanted.within_m, self.sensitivity(shot.camera), DRAWS
@@ -181,9 +193,17 @@ def assembled(
         for pair, p in group_probabilities([x.track for x in people if x.shot == number]).items()
     }
     member = {t: k for k, group in enumerate(groups_of([t.number for t in tracks], probability), 1) for t in group}
-    people = [replace(p, group=member[p.track.number], attributes=_attributes(p, placed)) for p in people]
+    people = [
+        replace(
+            p,
+            group=member[p.track.number],
+            attributes=_attributes(p, placed),
+            doubts=of_sightings(p.track.frames, p.rows, placed),
+        )
+        for p in people
+    ]
     if wanted.where is not None and people:
-        wanted.where.require_some(values_of([p.attributes for p in people]))
+        require_some(wanted.where, [(p.attributes, p.doubt) for p in people])
     found = Analysis(
         measured, wanted, cameras, [], people, probability, weight, wanted.region, scales, _facing(people, placed)
     )

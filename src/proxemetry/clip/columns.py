@@ -5,13 +5,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from ..tables import Column, attribute_columns, codebook_markdown, markdown_table
+from ..people.doubts import PersonDoubt
+from ..tables import DOUBT, Column, attribute_columns, codebook_markdown, markdown_table
 
 #: The tables of a clip's folder; the last four name tracks, and stay away with --aggregate-only.
 TABLES = ("frames", "tracks", "people", "pairs_over_time", "exposure", "events")
 OF_TRACKS = TABLES[1:]
 
 _N, _I, _T, _B = "DOUBLE", "INTEGER", "VARCHAR", "BOOLEAN"
+_WHY = f"why this may not be a person, or may be one found twice ({', '.join(PersonDoubt)}, with + between them),"
 
 
 def limit_name(limit_m: float | str) -> str:
@@ -67,6 +69,7 @@ def _tracks(limits: Sequence[str]) -> tuple[Column, ...]:
         Column("vy_m_s", _N, "m/s", "velocity along y"),
         Column("heading_deg", _N, "deg", "where the body faces, from x towards y; empty where unknown"),
         Column("seen", _T, "", "seen, or bridged: a gap filled from both sides", levels=("seen", "bridged")),
+        Column(DOUBT, _T, "", f"{_WHY} by this frame; none: no doubt; empty: bridged, or only boxes are known"),
     )
 
 
@@ -89,6 +92,7 @@ def _people(limits: Sequence[str]) -> tuple[Column, ...]:
             for x in limits
         ),
         *(Column(f"person_seconds_within_{x}_apart", _N, "s", f"the same without companions, {x} m") for x in limits),
+        Column(DOUBT, _T, "", f"{_WHY} by most sightings; none: no doubt; empty: only boxes are known"),
     )
 
 

@@ -14,6 +14,7 @@ from ..bodies import Bodies
 from ..camera import Mount
 from ..measure import Settings, remeasure
 from ..people.attributes import Attributes
+from ..people.doubts import PersonDoubt
 from ..scene import Scene
 from .boxes import standing
 from .camera import ClipCamera
@@ -31,7 +32,7 @@ _FEWEST_PARTS = 3
 class Placed:
     """One frame's people on the floor; facing: (row, row) -> probability of an F-formation, where not small.
 
-    attributes: of all people in the scene, by its rows.
+    attributes, doubts: of all people in the scene, by its rows; no doubts where only boxes are known.
     """
 
     sightings: Sightings
@@ -40,6 +41,7 @@ class Placed:
     n_detected: int
     facing: dict[tuple[int, int], float]
     attributes: Sequence[Attributes] = ()
+    doubts: Sequence[tuple[PersonDoubt, ...]] = ()
 
 
 @dataclass(frozen=True)
@@ -89,7 +91,8 @@ def _place_part(task: _Task) -> list[Placed]:
         if mount is not None:
             bodies = _held_fit(scene, mount, task.settings, known)
         seen = sightings_of(t_s, scene.people, bodies, mount)
-        answer.append(Placed(seen, scene.status, scene.reason, len(scene), facing, scene.people.attributes))
+        doubts = () if scene.bodies.method == "box" else scene.doubts
+        answer.append(Placed(seen, scene.status, scene.reason, len(scene), facing, scene.people.attributes, doubts))
     return answer
 
 

@@ -93,12 +93,15 @@ def _seconds_not_followed(found: Analysis) -> float:
 def _notes(found: Analysis) -> list[str]:
     where = found.wanted.where
     only = [] if where is None else [f"only people with {where} count in pairs, and pairs of two such people"]
-    lost = _seconds_not_followed(found)
+    lost, doubtful = _seconds_not_followed(found), sum(bool(p.doubt) for p in found.people)
+    doubts = [] if not doubtful else [
+        f"{doubtful} of {len(found.people)} tracks may not be people, or may be people found twice: doubt in people.csv"
+    ]  # fmt: skip
     unseen = [] if not lost else [
         f"nobody was followed for {lost:.1f} of {float(found.weight_s.sum()):.1f} s: who was near whom then is "
         "unknown, and not in these numbers"
     ]  # fmt: skip
-    return [*found.measured.notes, *only, *unseen]
+    return [*found.measured.notes, *doubts, *only, *unseen]
 
 
 def _size(found: Analysis, group: int) -> int:

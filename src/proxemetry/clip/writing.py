@@ -9,7 +9,7 @@ import csv
 import math
 import re
 from collections import defaultdict
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from typing import Any, TextIO
 
@@ -21,7 +21,8 @@ from ..archive.store.folder import Folder
 from ..arrays import FloatArray
 from ..files import FORMULA, cell_of
 from ..people.attributes import keys_of
-from ..tables import MOST_COLUMNS, Column, csv_about
+from ..people.doubts import PersonDoubt
+from ..tables import MOST_COLUMNS, Column, csv_about, doubts_in_text
 from .analysis import Analysis, Person, places_by_frame
 from .columns import OF_TRACKS, TABLES, codebook, columns
 from .density import Maps, Region, classic_density, personal_space_m2
@@ -180,7 +181,7 @@ def _people(found: Analysis, tables: Mapping[str, _Table], sums: Sums) -> None:
             track.number, person.shot, track.t_s[0], track.t_s[-1], int(track.seen.sum()), int((~track.seen).sum()),
             person.stature_m, person.stature_sd_m, person.group, size[person.group], step.sum(), np.median(speed),
             *sums.of_person.get(track.number, nothing), *sums.of_person_apart.get(track.number, nothing),
-            *(cell_of(person.attributes.get(key, "")) for key in keys),
+            _doubt(person.doubt), *(cell_of(person.attributes.get(key, "")) for key in keys),
         )  # fmt: skip
         _track_rows(found, person, tables["tracks"])
 
@@ -195,8 +196,12 @@ def _track_rows(found: Analysis, person: Person, table: _Table) -> None:
         x, y, vx, vy = track.states[k]
         table.row(
             track.number, int(frame), track.t_s[k], x, y, sd[k, 0], sd[k, 1], vx, vy, heading[k],
-            "seen" if track.seen[k] else "bridged",
+            "seen" if track.seen[k] else "bridged", _doubt(person.doubts[k]),
         )  # fmt: skip
+
+
+def _doubt(reasons: Sequence[PersonDoubt] | None) -> str | None:
+    return None if reasons is None else doubts_in_text(reasons)
 
 
 def _frames(found: Analysis, table: _Table, sums: Sums) -> None:

@@ -11,7 +11,7 @@ from .codebook import (
     rows_about,
 )
 from .column import Column, Value
-from .doubt_columns import DOUBT, NO_DOUBT, column_of_doubt, reasons_in
+from .doubt_columns import DOUBT, NO_DOUBT, column_of_doubt, doubts_in_text, reasons_in
 from .photo_columns import safe_distance_columns
 from .rows import TABLES, all_columns, rows
 
@@ -33,6 +33,7 @@ __all__ = [
     "column_name",
     "column_of_doubt",
     "csv_about",
+    "doubts_in_text",
     "markdown_table",
     "reasons_in",
     "rows",

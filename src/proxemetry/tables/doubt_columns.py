@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from ..people.doubts import PersonDoubt
 from ..scene import Scene
 
@@ -23,7 +25,12 @@ def column_of_doubt(end: str = "") -> str:
 
 def doubt_text(scene: Scene, person: int) -> str:
     """Return why a person may be none, as the tables have it."""
-    return _AND.join(scene.doubts[person]) or NO_DOUBT
+    return doubts_in_text(scene.doubts[person])
+
+
+def doubts_in_text(reasons: Sequence[PersonDoubt]) -> str:
+    """Return reasons as the tables have them."""
+    return _AND.join(reasons) or NO_DOUBT
 
 
 def reasons_in(text: str) -> list[str]:
