@@ -163,7 +163,7 @@ def measure_distances(bodies: Bodies) -> Distances:
 def probability_within(bodies: Bodies, limit_m: float) -> FloatArray:
     """Return how probable it is that each two people are nearer than a limit, shape (P, P), of all explanations.
 
-    NaN on the diagonal and for who could not be placed; 0 in a crowd for who is placed further apart than is looked at.
+    NaN on the diagonal and for people who could not be placed; 0 in a crowd for pairs beyond the reach.
     """
     plane = ground_frame(bodies.up)[:2] if bodies.up is not None else np.eye(3)
     result = np.full((len(bodies), len(bodies)), np.nan)

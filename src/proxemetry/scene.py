@@ -143,12 +143,12 @@ class Scene:
 
     @cached_property
     def possible_duplicates(self) -> NDArray[np.bool_]:
-        """Shape (P,): who may be another person, found a second time."""
+        """Shape (P,): which people may be others found a second time."""
         return np.array([PersonDoubt.POSSIBLE_DUPLICATE in reasons for reasons in self.doubts], dtype=bool)
 
     @cached_property
     def doubts(self) -> tuple[tuple[PersonDoubt, ...], ...]:
-        """Why each person may be none, or one seen a second time; nothing for most. Nobody is left out for it."""
+        """Why each person may not be a person, or may be found twice; nothing for most. No one is left out for it."""
         return doubts_of(self.people)
 
     @property

@@ -154,7 +154,7 @@ def _set_point(notes: PhotoNotes, value: Value) -> PhotoNotes:
 
 
 def _name_person(notes: PhotoNotes, value: Value) -> PhotoNotes:
-    """Name a person; another person with that name on this photo becomes unnamed, since nobody is on a photo twice."""
+    """Name a person; another person of that name on this photo becomes unnamed, since no one is on a photo twice."""
     tag = None if value.get("tag") is None else _tag(value["tag"], _PERSON)
     freed = tuple(replace(p, tag=None) if tag is not None and p.tag == tag else p for p in notes.people)
     return _with_person(replace(notes, people=freed), value, lambda p: replace(p, tag=tag))
@@ -254,7 +254,7 @@ class Kind:
 KINDS: dict[str, Kind] = {
     "propose": Kind("a back end's people: {pose, people: [{person, points}]}", _on_photo(_propose)),
     "add_person": Kind("a person: {person, points: {part: [x, y]}}", _on_photo(_add_person)),
-    "remove_person": Kind("not a person, or nobody who counts: {person}", _on_photo(_remove_person)),
+    "remove_person": Kind("not a person, or one who does not count: {person}", _on_photo(_remove_person)),
     "set_point": Kind("a point, or that it is not visible: {person, part, to: [x, y] or null}", _on_photo(_set_point)),
     "name_person": Kind("who it is: {person, tag or null}", _on_photo(_name_person)),
     "name_people": Kind("who several are: {names: [{person, tag}]}", _on_photo(_name_people)),

@@ -146,7 +146,7 @@ class Project:
         return full
 
     def _next_key(self, photo: OwnPhoto) -> int:
-        """Return a key that nobody on a photo ever had, those taken back included."""
+        """Return a key that no one on a photo ever had, deleted people included."""
         used = [0]
         for entry in self._entries:
             if entry.sha256 == photo.sha256:
@@ -214,7 +214,7 @@ class Project:
         return len(labelled), sum(len(image) for _, image in labelled)
 
     def _untouched(self) -> list[OwnPhoto]:
-        """Return the photos on which nobody has been marked or proposed yet."""
+        """Return the photos on which no one has been marked or proposed yet."""
         notes = {photo.sha256: self.now.photo(photo.sha256) for photo in self.photos}
         return [p for p in self.photos if notes[p.sha256].proposed is None and not notes[p.sha256].people]
 
@@ -264,7 +264,7 @@ class Project:
     # What follows from it
 
     def places(self, shoot: int) -> Places:
-        """Return where everybody of a shoot was."""
+        """Return where everyone in a shoot was."""
         with self._lock:
             return self.now.places(shoot, self.files)
 

@@ -15,11 +15,11 @@ _LEAST_SCORE = 0.3
 
 
 def proposed_people(
-    people: People, width: int, height: int, first_key: int, *, everybody: bool = False
+    people: People, width: int, height: int, first_key: int, *, keep_all: bool = False
 ) -> list[dict[str, Any]]:
     """Return the people of a photo as a "propose" action lists them, from left to right; keys count from `first_key`.
 
-    As the rules have it, no point outside the picture is proposed, and no eyes where one of them is outside. everybody:
+    As the rules have it, no point outside the picture is proposed, and no eyes where one of them is outside. keep_all:
     with the people who have no point, last, and with each one's `row` of `people`.
     """
     seen = people.scores >= _LEAST_SCORE
@@ -36,11 +36,11 @@ def proposed_people(
         inside[:, 0] &= ~((at < 0) | (at >= (width, height))).any(axis=-1)
     shown = [k for k in range(len(people)) if inside[k].any()]
     shown.sort(key=lambda k: float(parts[k, inside[k], 0].mean()))
-    rest = [k for k in range(len(people)) if everybody and not inside[k].any()]
+    rest = [k for k in range(len(people)) if keep_all and not inside[k].any()]
     return [
         {
             "person": first_key + place,
-            **({"row": k} if everybody else {}),
+            **({"row": k} if keep_all else {}),
             "points": {
                 part: [int(x), int(y)] for part, (x, y), there in zip(PARTS, parts[k], inside[k], strict=True) if there
             },

@@ -50,7 +50,7 @@ def recorded_people(recorded: Recorded, photo: OwnPhoto, first_key: int) -> list
     if recorded.why_no_people(photo.photo) is not None or not recorded.names(photo.name):
         return None
     people = recorded.detect(photo.photo)
-    listed = proposed_people(people, photo.width, photo.height, first_key, everybody=True)
+    listed = proposed_people(people, photo.width, photo.height, first_key, keep_all=True)
     taken: set[str] = set()
     answer: list[dict[str, Any]] = []
     for entry in listed:

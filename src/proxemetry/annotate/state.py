@@ -22,7 +22,7 @@ def in_order(tags: Iterable[str]) -> list[str]:
 
 @dataclass(frozen=True)
 class Person:
-    """Somebody on a photo. key: tells the people of a photo apart. tag: who it is ("P3"), None while unnamed.
+    """A person on a photo. key: distinguishes the people on a photo. tag: who it is ("P3"), None while unnamed.
 
     points: part -> whole pixel of the upright full-size photo, the parts that are annotated alone. by: who set the
     points first, a back end's name or "" for a person. read: what a file of another tool gives of them besides, as JSON
@@ -73,7 +73,7 @@ class PhotoNotes:
 
 @dataclass(frozen=True)
 class Shoot:
-    """Photos during which everybody stayed in place. name: as results call it, "" for its number.
+    """Photos during which everyone stayed in place. name: as results call it, "" for its number.
 
     camera_names: camera tag -> what the annotator calls that place. sd of a tape or spot: as `places` has it.
     """

@@ -1,4 +1,4 @@
-"""The protocol `v1`: who was found, and how far the distances between them are off, with nothing hidden.
+"""The protocol `v1`: the people found, and the errors of the distances between them, with nothing hidden.
 
 - Detections and annotated people are matched one to one, at least total cost; the cost of a pair is the distance
   between its nearest common parts in units of the person's size, and beyond one unit there is no match. The order of

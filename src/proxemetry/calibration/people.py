@@ -70,16 +70,16 @@ class Gathered:
     def chosen(self, least_seen: int = 1) -> tuple[People, NDArray[np.intp]]:
         """Return the people to fit, large ones rather than small ones, and who each is; raises CameraError for none.
 
-        Who was seen less often than `least_seen` is left out.
+        People seen less often than `least_seen` are left out.
         """
-        everybody = np.array([person for _, person in self._kept], dtype=np.intp)
-        names, index, often = np.unique(everybody, return_inverse=True, return_counts=True)
+        identities = np.array([person for _, person in self._kept], dtype=np.intp)
+        names, index, often = np.unique(identities, return_inverse=True, return_counts=True)
         kept = np.flatnonzero(often[index] >= least_seen) if len(names) else np.zeros(0, dtype=np.intp)
         if not len(kept):
             raise CameraError(
                 "no person stands upright in view from shoulders to ankles: no camera can be found from these people"
             )
-        persons = everybody[kept]
+        persons = identities[kept]
         tall = np.array([float(apparent_stature_px(self._kept[k][0])[0]) for k in kept])
         # the largest first, but for chance: keys of weighted sampling without replacement (Efraimidis and Spirakis)
         order = np.argsort(np.log(self._rng.random(len(tall))) / tall)[::-1]
@@ -95,7 +95,7 @@ class Gathered:
 
 
 def whole(people: People) -> NDArray[np.bool_]:
-    """Return who is seen from shoulders to ankles, straight and large enough to find a camera from, shape (P,)."""
+    """Return which people are in view from shoulders to ankles, straight and large enough to use, shape (P,)."""
     seen = apparent_stature_px(people) >= _LEAST_TALL_PX
     for pair in _NEEDED:
         seen &= np.any([np.isfinite(people.joint(name)).all(axis=1) for name in pair], axis=0)

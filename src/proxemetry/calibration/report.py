@@ -55,7 +55,7 @@ def is_poor(mount: Mount, distances_m: tuple[float, ...] = ()) -> bool:
 
 
 def doubt_m(mount: Mount, distance_m: float) -> float:
-    """Return by how much the doubts of pitch and height put a person wrong who stands so far ahead, one sd.
+    """Return the error of a place so far ahead from the uncertainty of pitch and height, one sd.
 
     They go together: before a measured floor a camera may be higher and look down more steeply, or less of both.
     With h cot(b) for the distance, b the angle below the horizon, its slopes are -h / sin(b)^2 and, by log h, itself.

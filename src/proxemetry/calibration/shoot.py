@@ -26,7 +26,8 @@ _STARTS_MM, _OPEN_LOG_SD = (28.0, 60.0), 0.5
 #: A photo that disagrees with the others by so many standard deviations is of another lens or zoom; they are left out
 #: one at a time, at most this share of them.
 _ANOTHER, _MOST_LEFT_OUT = 3.0, 1 / 3
-#: A focal length of which one photo tells more than this is that photo's: if it is of another lens, nobody would know.
+#: A focal length of which one photo tells more than this is that photo's: if it is of another lens, that would go
+#: unnoticed.
 _MOST_BY_ONE = 0.5
 #: A camera that is carried about tells by how it looks down: below this, how people lean and walk says as much.
 _LEAST_PITCH_RAD = math.radians(5)
@@ -101,7 +102,7 @@ def told_by_shoot(
 
 
 def _carried(photos: Sequence[People], lens: Camera, settings: LocateSettings) -> tuple[Pooled, float]:
-    """Return the likeliest lens of a camera that was carried about, and how often everybody may be there."""
+    """Return the likeliest lens of a camera that moved, and how often each person may be there."""
     counts = np.array([len(people) for people in photos])
     enough = int(np.searchsorted(np.cumsum(counts), MOST_DETECTIONS)) + 1
     photos, counts = photos[:enough], counts[:enough]

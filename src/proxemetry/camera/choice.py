@@ -34,7 +34,7 @@ class PictureLines:
         return None if self._detected is None else self._detected.outside(self._people.boxes_px)
 
     def people_in_frames(self) -> tuple[bool, ...]:
-        """Return of each person whether straight edges frame them; of nobody where the pixels are not at hand."""
+        """Return whether straight edges frame each person; no one where the pixels are not available."""
         return () if self._detected is None else tuple(in_frames(self._detected, self._people.boxes_px).tolist())
 
     @cached_property
@@ -64,7 +64,7 @@ def choose_camera(
 
 
 def _is_half_stated(photo: Photo, request: FocalRequest) -> bool:
-    """Return whether a focal length in millimetres is stated without a sensor: who knows one of the two knows both."""
+    """Return whether a focal length in millimetres is stated without a sensor: whoever knows one knows both."""
     row = row_of(photo, request.camera_table) if request.camera_table else None
     return request.focal_mm is not None or (row is not None and row.focal_mm is not None)
 

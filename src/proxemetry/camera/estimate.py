@@ -22,7 +22,7 @@ class Candidate:
 
 
 class Witness(StrEnum):
-    """Who may tell something of a photo's camera. The values are those of the JSON form."""
+    """The sources of evidence on a photo's camera. The values are those of the JSON form."""
 
     FILE = "file"
     LINES = "lines"

@@ -95,7 +95,7 @@ def _verdict(photo: Photo, answers: Sequence[Found], frame: Frame) -> Verdict | 
 
 
 def _rank(found: Found) -> int:
-    """Return who comes first: the table, the user (a guess for all photos included), the file, the assumption."""
+    """Return the first source: the table, the user (a guess for all photos included), the file, the assumption."""
     kind = found.candidate.source.kind
     if kind is FocalSource.CAMERA_TABLE:
         return 0

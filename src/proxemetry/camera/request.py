@@ -18,7 +18,7 @@ class FocalRequest:
     focal_mm with sensor_mm (width, height of the sensor in millimetres), focal_35mm, or focal_px; sensor_mm alone
     goes with each photo's own focal length. assume_fov_deg is the field of view, across the photo's long side, to
     assume where nothing else is known. camera_table: what is known about single photos or cameras, which takes
-    precedence over the rest. assume: whether a photo of unknown focal length is taken for one as published photos
+    precedence over the rest. assume: whether a photo of unknown focal length is taken to be like published photos
     are, with an interval to match; without it such a photo has no distances.
 
     Raises SettingsError where two statements contradict each other or a value is not positive.

@@ -121,7 +121,7 @@ def _millimetres(low: float, high: float) -> str:
 def _heard(
     estimate: CameraEstimate, pieces: list[_Evidence | Testimony], published: bool
 ) -> tuple[Testimony, ...]:  # fmt: skip
-    """Return what everybody who was asked says, in words; published: whether published photos count."""
+    """Return the evidence from each source, in words; published: whether published photos count."""
     said = (piece.testimony if isinstance(piece, _Evidence) else piece for piece in pieces)
     file = (Testimony(Witness.FILE, estimate.reason.partition("; ")[0], counted=False),) if estimate.reason else ()
     low, middle, high = (quantile_mm(share) for share in (0.05, 0.5, 0.95))

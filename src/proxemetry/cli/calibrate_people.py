@@ -37,7 +37,7 @@ def people_fit(args: argparse.Namespace, camera: Camera, focal_known: bool) -> P
 def _of_photos(
     photos: Iterable[tuple[float | None, People]], camera: Camera, focal_known: bool, different_people: bool
 ) -> PeopleFit:
-    """Return the camera from photos that do not follow each other: who is in two of them is unknown."""
+    """Return the camera from unordered photos: it is unknown who is in two of them."""
     gathered, met = Gathered(), 0
     for _, people in photos:
         gathered.add(people, range(met, met + len(people)))

@@ -1,4 +1,4 @@
-"""What is known of a photo's camera, in words: every candidate, which won and why, who was asked, what is missing."""
+"""What is known of a photo's camera, in words: candidates, which is used and why, evidence, what is missing."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def _asked(estimate: CameraEstimate, people_asked: bool) -> Iterator[str]:
     if Witness.PUBLISHED in said and not people_asked:
         said[Witness.PEOPLE] = f"{Witness.PEOPLE.words}: not looked for ({ASK_THE_PEOPLE})"
     elif Witness.PUBLISHED in said:
-        said.setdefault(Witness.PEOPLE, f"{Witness.PEOPLE.words}: nobody was found")
+        said.setdefault(Witness.PEOPLE, f"{Witness.PEOPLE.words}: no one was found")
     for witness in (Witness.LINES, Witness.PEOPLE, Witness.PUBLISHED, Witness.GRAVITY):
         if witness in said:
             yield f"  {said[witness]}"

@@ -37,7 +37,7 @@ def lines() -> list[str]:
 
 
 def _networks() -> list[str]:
-    """Return where the networks lie, and who would find the people, or what is in the way."""
+    """Return where the networks are, and which back end would find the people, or what is in the way."""
     found = [f"networks are in: {', '.join(map(str, weights.cache_folders()))}"]
     try:
         return [*found, *_eyes()]
@@ -46,7 +46,7 @@ def _networks() -> list[str]:
 
 
 def _eyes() -> list[str]:
-    """Return who would find the people, and what of it is not here yet."""
+    """Return which back end would find the people, and which of its networks are not here yet."""
     found: list[str] = []
     name = default_eyes.recorded()
     if name is None:

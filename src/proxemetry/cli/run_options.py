@@ -14,7 +14,7 @@ Options = argparse.ArgumentParser | argparse._ArgumentGroup  # pyright: ignore[r
 
 
 def add_pose_options(parser: Options) -> None:
-    """Add who finds the people, and how."""
+    """Add the options for the back end that finds the people."""
     parser.add_argument(
         "--pose", default="auto", metavar="NAME", help="back end: auto, a name, or recorded:FILE (default: auto)"
     )

@@ -1,4 +1,4 @@
-"""`proxemetry video`: clips in, a folder each of who was where, and near whom for how long."""
+"""`proxemetry video`: clips in, a folder for each: paths, distances over time, and exposure."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""From a clip's measured frames to who was where, with whom, and near whom for how long: the order of it all."""
+"""From a clip's measured frames to paths, groups and exposure: the order of the steps."""
 
 from __future__ import annotations
 
@@ -85,7 +85,7 @@ class Person:
 class FrameState:
     """One frame: how many people, and what the camera was.
 
-    followed: whether no pair in the tables means that nobody was near anybody. Where the camera moves, or people could
+    followed: whether no pair in the tables means that no one was near anyone. Where the camera moves, or people could
     not be placed and no track bridges the frame, it means that nothing is known.
     """
 
@@ -148,7 +148,7 @@ class Analysis:
 def analyse(
     folder: Folder, measured: Measured, wanted: Wanted, jobs: int, on_progress: Callable[[Progress | Note], None]
 ) -> Analysis:
-    """Return who was where in a clip whose frames all are measured.
+    """Return the paths in a clip whose frames are all measured.
 
     In two passes: people are followed, and the stature by all sightings of one goes back into the fit of each.
     """
@@ -167,7 +167,7 @@ def assembled(
     measured: Measured, wanted: Wanted, cameras: dict[int, ClipCamera], placed: Sequence[Placed],
     followed: Followed | None = None,
 ) -> Analysis:  # fmt: skip
-    """Return who was where, from all people's places in every frame."""
+    """Return the paths, from all people's places in every frame."""
     followed = follow(measured, placed) if followed is None else followed
     step = float(np.median(np.diff(measured.times_s))) if len(measured.times_s) > 1 else 0.2
     times = np.array(measured.times_s)
@@ -303,7 +303,7 @@ def _frames(measured: Measured, placed: Sequence[Placed], people: Sequence[Perso
 
 
 def _tells_that_nobody_was_near(frame: Placed) -> bool:
-    """Return whether nobody in the tables of a frame without tracks is a finding: its people could be placed."""
+    """Return whether an empty frame in the tables is a finding: its people could be placed."""
     return frame.status == "ok" or (frame.status != "failed" and frame.n_detected < 2)
 
 

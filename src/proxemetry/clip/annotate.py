@@ -116,7 +116,7 @@ def draw(
 ) -> RGBArray:  # fmt: skip
     """Return a frame with boxes, track numbers and distances below a limit; heads pixelated unless `faces` shows.
 
-    hidden: circles (x, y, radius) of heads that nobody found in this frame, shape (n, 3).
+    hidden: circles (x, y, radius) of heads that were not found in this frame, shape (n, 3).
     """
     heads = _heads(scene.people)
     heads = heads if hidden is None else np.concatenate([heads, hidden])

@@ -51,7 +51,7 @@ def told_by_people(
     """
     gathered, estimate, met, recurring = Gathered(), CameraEstimate(None), 0, False
     for scenes, times in blocks:
-        # pictures further apart than anybody is remembered: the same few may be in all of them
+        # pictures further apart than tracks last: the same few people may be in all of them
         recurring |= len(times) > 1 and float(np.median(np.diff(times))) > MEMORY_S
         usable = [(s, t) for s, t in zip(scenes, times, strict=True) if s.status == "ok"]
         who = linked([s.people for s, _ in usable], [t for _, t in usable])

@@ -67,7 +67,7 @@ def classic_density(places_m: FloatArray, region: Region) -> float:
 
 
 def voronoi_cells(places_m: FloatArray, floor: Region) -> list[FloatArray]:
-    """Return each person's part of the floor as corners (m, 2); an empty one for who stands off it.
+    """Return each person's part of the floor as corners (m, 2); an empty one for a person off it.
 
     Two at one place share: each is moved by less than a millimetre.
     """
@@ -137,7 +137,7 @@ def _within(polygon: FloatArray, convex: Region) -> FloatArray:
 
 
 def personal_space_m2(places_m: FloatArray, floor: Region) -> FloatArray:
-    """Return the area of each person's Voronoi cell, shape (n,); NaN for who stands off the floor."""
+    """Return the area of each person's Voronoi cell, shape (n,); NaN for a person off the floor."""
     areas = [signed_area(c) if len(c) > 2 else np.nan for c in voronoi_cells(places_m, floor)]
     return np.array(areas, dtype=float).reshape(-1)
 

@@ -194,5 +194,5 @@ class TotalExposure:
 
 
 def same_group(probability: Mapping[tuple[int, int], float], a: int, b: int) -> float:
-    """Return the probability that two tracks belong together; 0 for who were never near."""
+    """Return the probability that two tracks belong together; 0 for those never near each other."""
     return probability.get((a, b), probability.get((b, a), 0.0))

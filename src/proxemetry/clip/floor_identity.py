@@ -24,7 +24,7 @@ _FARTHEST_M = 200.0
 def followed(frames: Sequence[People], times_s: Sequence[float], mount: Mount) -> list[NDArray[np.intp]]:
     """Return for every frame who each of its people is, shape (P,): numbers from 0, the same for the same person.
 
-    Who is followed by no track is another person each time. mount: with its camera, of frames of this size.
+    A person in no track counts as a different person each time. mount: with its camera, of frames of this size.
     """
     assert mount.camera is not None
     shot = [_sightings(people, now, mount) for people, now in zip(frames, times_s, strict=True)]
@@ -42,7 +42,7 @@ def followed(frames: Sequence[People], times_s: Sequence[float], mount: Mount) -
 
 
 def _sightings(people: People, now: float, mount: Mount) -> Sightings:
-    """Return who stands on the floor in a frame, with what a few pixels do to their places."""
+    """Return the people on the floor in a frame, with the effect of a few pixels on their places."""
     assert mount.camera is not None
     flat = replace(mount, camera=mount.camera.without_distortion())
     feet = mount.camera.undistorted(_feet(people))

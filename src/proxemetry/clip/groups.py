@@ -1,4 +1,4 @@
-"""Who is together with whom: a probability for each pair of paths, and the groups that follow from all pairs.
+"""Which people belong together: a probability for each pair of paths, and the groups that follow from all pairs.
 
 People who walk or stand together stay near each other, hold their place relative to each other, and side by side
 rather than in file, for as long as they are seen. How much each of these counts was fitted to the annotated groups of

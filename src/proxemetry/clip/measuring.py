@@ -235,7 +235,7 @@ class Worker:
 
     @property
     def pose(self) -> str:
-        """Who finds the people."""
+        """The back end that finds the people."""
         return self.job.boxes.name if self.job.boxes else self.backend.name if self.backend else ""
 
     @property

@@ -15,8 +15,9 @@ from ..arrays import FloatArray
 
 #: Pedestrians walk at about 1.3 m/s and many stand: a velocity's standard deviation along each axis (Weidmann 1993).
 SPEED_SD_M_S = 1.0
-#: Spectral density of acceleration, m2/s3: who walks at 1.3 m/s may stop or turn within two or three seconds. From 0.25
-#: to 1 it makes no difference to PETS 2009 S2.L1 (mean pair error 3.2 to 3.3 %); 0.1 breaks tracks at corners.
+#: Spectral density of acceleration, m2/s3: a person walking at 1.3 m/s may stop or turn within two or three seconds.
+#: From 0.25 to 1 it makes no difference to PETS 2009 S2.L1 (mean pair error 3.2 to 3.3 %); 0.1 breaks tracks at
+#: corners.
 ACCELERATION_M2_S3 = 0.5
 #: How long a velocity is remembered: what makes the two above one stationary process.
 VELOCITY_MEMORY_S = 2 * SPEED_SD_M_S**2 / ACCELERATION_M2_S3

@@ -109,7 +109,7 @@ def _held_fit(scene: Scene, mount: Mount, settings: Settings, known: Known) -> B
 
 
 def _facing_each_other(scene: Scene) -> dict[tuple[int, int], float]:
-    """Return who forms an F-formation with whom, by rows of the scene, where that is likelier than 2 %."""
+    """Return the pairs that form an F-formation, by rows of the scene, where that is more likely than 2 %."""
     if len(scene) < 2 or scene.status != "ok":
         return {}
     p = scene.distances.group_probability

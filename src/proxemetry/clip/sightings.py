@@ -41,7 +41,7 @@ class Sightings:
 
     @classmethod
     def of_places(cls, t_s: float, positions_m: FloatArray, sd_m: float | FloatArray = 0.1) -> Sightings:
-        """Return people of whom nothing but places (P, 2) is known, to a standard deviation: trajectories as data."""
+        """Return people from places (P, 2) with a standard deviation alone: trajectories as data."""
         positions = np.asarray(positions_m, dtype=float).reshape(-1, 2)
         count = len(positions)
         unknown = np.full(count, np.nan)

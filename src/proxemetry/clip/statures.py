@@ -60,9 +60,9 @@ def pooled(stature_m: FloatArray, sd_m: FloatArray, settings: LocateSettings) ->
     own = (log[clear] / variance[clear] - prior / prior_variance) / told[clear]
     weight, lasting = _robust(own, 1 / told[clear])
     total, product = weight.sum(), weight * own
-    everybody = _PASSING / total + lasting
-    precision = 1 / everybody + 1 / prior_variance
-    mean = (product.sum() / total / everybody + prior / prior_variance) / precision
+    variance = _PASSING / total + lasting
+    precision = 1 / variance + 1 / prior_variance
+    mean = (product.sum() / total / variance + prior / prior_variance) / precision
     others, others_sd = _nothing(len(stature_m))
     share = np.zeros(len(stature_m)), np.zeros(len(stature_m))
     rows = np.flatnonzero(usable)[clear]
@@ -79,7 +79,7 @@ def _nothing(count: int) -> tuple[FloatArray, FloatArray]:
 
 
 def _alike(log_stature: float, settings: LocateSettings) -> tuple[float, float]:
-    """Return mean and variance of the log statures of those whom this one is likeliest of: grown-ups or children."""
+    """Return mean and variance of the log statures of the likeliest group of this one: adults or children."""
     groups = populations(settings.body_size, settings.child_weight)
     kinds = [
         part for part in (

@@ -117,7 +117,7 @@ def _with_interval(value: float, low: float, high: float) -> dict[str, float]:
 
 
 def _main_frames(found: Analysis) -> tuple[FloatArray, FloatArray, list[int]]:
-    """Return time and density of the main camera's frames that tell who was where, and their numbers."""
+    """Return time and density of the main camera's frames with placed people, and their numbers."""
     main, places = found.main_camera, places_by_frame(found)
     rows = [k for k, f in enumerate(found.frames) if f.camera == main and f.status == "ok" and found.followed[k]]
     region = found.region

@@ -1,7 +1,7 @@
 """Who is who from frame to frame: forecasts on the floor, in metres, matched to what is seen.
 
 Tracking by detection with a Kalman filter (Bewley et al. 2016, SORT), two score stages (Zhang et al. 2022, ByteTrack)
-and the scene fit's own covariance in place of a tuned noise. No appearance is looked at: who leaves and comes back
+and the scene fit's own covariance in place of a tuned noise. Appearance is not used: a person who leaves and comes back
 later than `MEMORY_S` is a new track.
 """
 
@@ -28,7 +28,7 @@ _EDGE_SHARE, _EDGE_MEMORY_S = 0.012, 0.6
 #: degrees of freedom.
 GATE = 13.8
 #: How many people that are not followed, false ones included, a frame shows per square metre: a forecast must explain a
-#: sighting better than that (Blackman and Popoli 1999). A vague one, of who was hardly seen before, does not. Among
+#: sighting better than that (Blackman and Popoli 1999). A vague one, of a person hardly seen before, does not. Among
 #: others a sighting may be any of theirs: of so large a share of those who are seen within so many metres. Chosen on
 #: ETH's and UCY's paths (`benchmarks/accuracy/clip_tracking.py`), where half and double are nearly as good.
 _UNKNOWN_M2, _UNKNOWN_SHARE, _NEAR_M = 0.03, 0.5, 2.0

@@ -1,6 +1,6 @@
 """Who of the people that a back end reports may be none, or the same one twice: the reasons, each by what was seen.
 
-Nobody is dropped by it. What is marked is for a person to look at; rules and thresholds are measured by
+No one is dropped. What is marked is for the user to check; rules and thresholds are measured by
 `benchmarks/networks/doubtful.py`.
 """
 
@@ -77,7 +77,7 @@ def _rivalled(people: People, shows: bool) -> FloatArray:
 
 
 def _in_picture(people: People) -> NDArray[np.bool_]:
-    """Return whom a thing that shows people holds, or straight edges all around, shape (P,)."""
+    """Return who is inside a thing that shows people, or framed by straight edges, shape (P,)."""
     return (_rivalled(people, True) >= LEAST_SCREENS.get(people.source, 0.5)) | np.array(people.framed, dtype=bool)
 
 

@@ -50,7 +50,7 @@ def similarity(people: People) -> FloatArray:
 
 
 def possible_duplicates(people: People) -> NDArray[np.bool_]:
-    """Return who may be a surer person seen a second time, shape (P,); of two alike the less sure one is.
+    """Return which people may be others found a second time, shape (P,); of two alike, the one with the lower score.
 
     They are kept, and marked: people who embrace or stand one behind the other look alike too.
     """

@@ -127,7 +127,8 @@ def law_of(*sources: str) -> NoiseLaw:
 def law_for(people: People) -> NoiseLaw:
     """Return the law of the back end that saw people, else their skeleton's.
 
-    Who was seen by a back end that nobody measured, or is recorded, goes astray like others do (`UNMEASURED_ALIKE`).
+    People found by a back end that was not measured, and recorded people, share errors as others do
+    (`UNMEASURED_ALIKE`).
     """
     law = law_of(people.source, people.skeleton.name)
     unmeasured = people.source and people.source not in laws()

@@ -47,7 +47,7 @@ class People:
     rivals: of each person, what else the detector sees in the same place; None where it sees nothing else or does not
         state it.
     framed: shape (P,); who lies inside a closed rectangle of straight edges in the photo, as in a picture's frame
-        (`camera.lines.picture_frames`); nobody where it was not looked for.
+        (`camera.lines.picture_frames`); no one where it was not looked for.
 
     Construction raises KeypointsError where shapes do not fit. A keypoint with score 0, a NaN score or a NaN
     coordinate is missing in all three arrays.

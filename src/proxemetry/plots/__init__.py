@@ -49,7 +49,7 @@ def overlay(scene: Scene, photo: Photo | None, *, faces: str = "show", all_pairs
 
 
 def circles(scene: Scene, photo: Photo | None, *, within_m: float = 2.0, faces: str = "blur") -> Figure:
-    """Return the photo with a circle on the floor around everybody, coloured by whether two are nearer than a limit.
+    """Return the photo with a circle on the floor around each person, coloured by whether two are nearer than a limit.
 
     Circles have the limit, metres, as their diameter: they touch where two people are nearer, and lines say how
     probable that is. photo, faces: as `overlay` takes them. Where no floor was found they lie at the height of the

@@ -1,4 +1,4 @@
-"""Pixelating heads, found from the keypoints: a person whom the pose back end missed stays recognisable."""
+"""Pixelating heads, found from the keypoints: a person that the pose back end missed stays recognisable."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Figures on the floor: a circle around everybody as the photo shows it, and the photo laid flat with the people on it.
+"""Figures on the floor: circles around people in the photo's perspective, and the floor from above with the people.
 
 Circles have the limit as their diameter: two touch where two people stand nearer than the limit. After the safe-space
 circles of Aghaei et al. 2021 (IIT), and the bird's-eye view of Yang et al. 2021.
@@ -37,7 +37,7 @@ _FLAT_PX = 1400
 
 
 def circles_figure(scene: Scene, photo: Photo | None, within_m: float, faces: str) -> Figure:
-    """Return the photo with a circle on the floor around everybody, coloured by whether two touch."""
+    """Return the photo with a circle on the floor around each person, coloured by whether two touch."""
     chance, level = probability_within(scene.bodies, within_m), Level.of(scene)
     aspect = aspect_of(scene)
     tall = min(7.2, 11.0 / aspect)
@@ -105,7 +105,7 @@ def _farthest_first(scene: Scene) -> list[int]:
 
 
 def _highest(chance: FloatArray, person: int) -> float:
-    """Return the highest probability with which anybody is nearer to a person than the limit."""
+    """Return the highest probability with which anyone is nearer to a person than the limit."""
     return float(np.nan_to_num(chance[person]).max(initial=0.0))
 
 
@@ -124,7 +124,7 @@ def _draw_outline(axes: Axes, outline: FloatArray, colour: str) -> None:
 
 
 def _draw_links(axes: Axes, scene: Scene, chance: FloatArray, middles: FloatArray) -> None:
-    """Draw everybody's number on the floor, and between two who may touch a line with the probability that they do."""
+    """Draw each person's number on the floor, and lines with the probability that two circles touch."""
     placed = [p for p in np.flatnonzero(scene.bodies.placed).tolist() if np.isfinite(middles[p]).all()]
     pairs = [(a, b) for k, a in enumerate(placed) for b in placed[k + 1 :] if chance[a, b] >= _POSSIBLE]
     pairs.sort(key=lambda pair: -chance[pair])
@@ -141,7 +141,7 @@ def _draw_links(axes: Axes, scene: Scene, chance: FloatArray, middles: FloatArra
 
 
 def _set_bounds(axes: Axes, places: FloatArray, within_m: float) -> None:
-    """Show everybody with some floor around them, in the panel's shape."""
+    """Show everyone with some floor around them, in the panel's shape."""
     margin = within_m / 2 + _AROUND_M
     low, high = places.min(axis=0) - margin, places.max(axis=0) + margin
     x0, y0, x1, y1 = panel_box(axes)

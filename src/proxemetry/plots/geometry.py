@@ -34,9 +34,9 @@ def ground_positions(bodies: Bodies) -> FloatArray:
 def ground_regions(bodies: Bodies) -> FloatArray:
     """Return the outlines of where each person stands with 90 %, shape (P, K, 2); NaN where unknown.
 
-    A depth is uncertain by a factor: at twice the focal length everybody is twice as far. So what the covariance says
-    of depth is taken for its logarithm's, which keeps everybody before the camera. Where depth is sure the outline is
-    the ellipse of the covariance.
+    A depth is uncertain by a factor: at twice the focal length everyone is twice as far. So what the covariance says
+    of depth is taken for its logarithm's, which keeps everyone in front of the camera. Where depth is sure the outline
+    is the ellipse of the covariance.
     """
     plane = ground_frame(bodies.up)[:2]
     own = np.einsum("ikil->ikl", bodies.covariance_m2.reshape(len(bodies), 3, len(bodies), 3))

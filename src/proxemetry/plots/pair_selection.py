@@ -100,7 +100,7 @@ def _counted(count: int, one: str, many: str) -> str:
 
 
 def headline(scene: Scene) -> str:
-    """Return who was found with what, in one line: nothing in the figure is to be quoted without it."""
+    """Return the back end, the method and the version in one line, so that no figure is quoted without them."""
     words = [
         _counted(len(scene), "person", "people"),
         _counted(scene.distances.below(math.inf), "distance", "distances"),

@@ -59,7 +59,7 @@ def draw_plan(axes: Axes, scene: Scene, shown: list[tuple[int, int]]) -> None:
 
 
 def draw_nobody(axes: Axes, scene: Scene) -> None:
-    """Say that there is nobody to draw."""
+    """Draw a line of text where there is nobody to draw."""
     axes.set(xticks=[], yticks=[])
     text = "no people found" if not len(scene) else "no person could be placed"
     axes.text(0.5, 0.5, text, transform=axes.transAxes, ha="center", va="center", size=10, color=_INK)

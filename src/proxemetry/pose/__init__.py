@@ -1,4 +1,4 @@
-"""Who finds the people: the pose back ends by name, loaded when asked for.
+"""The pose back ends by name, loaded when asked for.
 
 A back end's name may carry an argument after a colon: `recorded:FILE`, `python:MODULE:FUNCTION`.
 """

@@ -19,7 +19,7 @@ _BOX_MARGIN = 0.1
 
 
 def confirmed_by_people(people: People, others: People) -> People:
-    """Return those of `people` whom one of `others` confirms, one for one, in their order.
+    """Return those of `people` who are matched one to one by one of `others`, in their order.
 
     Two skeletons agree where the joints that both have lie near each other on average, relative to the smaller one's
     size; skeletons that share no joint do not.
@@ -28,7 +28,7 @@ def confirmed_by_people(people: People, others: People) -> People:
 
 
 def confirmed_by_boxes(people: People, boxes_px: FloatArray) -> People:
-    """Return those of `people` whom a detector's box confirms, one for one, in their order.
+    """Return those of `people` who are matched one to one by a detector's box, in their order.
 
     boxes_px: shape (N, 4). A box and a skeleton agree where the box, slightly grown, holds at least half of its joints.
     """

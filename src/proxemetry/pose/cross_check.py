@@ -1,6 +1,6 @@
 """A person counts only where two models agree: the paper's idea (Seker et al. 2021), for any pair of models.
 
-`cross-check:A+B` is the back end A with only those of its people whom B confirms.
+`cross-check:A+B` keeps those people found by A that B finds too.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from .recording import Recording
 
 
 class CrossChecked:
-    """The people of one back end whom another confirms, one for one."""
+    """The people of one back end that another finds too, matched one to one."""
 
     def __init__(self, first: PoseBackend, second: PoseBackend) -> None:
         self.first, self.second = first, second
@@ -40,7 +40,7 @@ class CrossChecked:
         return MappingProxyType({**self.first.models, **self.second.models})
 
     def detect(self, photo: Photo) -> People:
-        """Return the first back end's people whom the second sees too; the second is not run where there are none."""
+        """Return the first back end's people that the second finds too; the second is not run where there are none."""
         people = self.first.detect(photo)
         return confirmed_by_people(people, self.second.detect(photo)) if len(people) else people
 

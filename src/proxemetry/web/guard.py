@@ -1,4 +1,4 @@
-"""Who may talk to the page: this machine's own browser tab, and nobody through it.
+"""Access to the page: only this machine's own browser tab, and no other site through it.
 
 A page of the open web may send requests to 127.0.0.1 from a visitor's browser. So a request needs the session's random
 token as a cookie, the Host that this server was opened under (against names that turn to 127.0.0.1 later), and, where

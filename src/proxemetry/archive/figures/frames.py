@@ -30,17 +30,17 @@ class ResultsFrames:
 
     @cached_property
     def photos(self) -> pandas.DataFrame:
-        """One row a photo."""
+        """One row per photo."""
         return self._frame("photos")
 
     @cached_property
     def people(self) -> pandas.DataFrame:
-        """One row a person."""
+        """One row per person."""
         return self._frame("people")
 
     @cached_property
     def pairs(self) -> pandas.DataFrame:
-        """One row a pair of people."""
+        """One row per pair of people."""
         return self._frame("pairs")
 
     def scenes(self) -> Iterator[Scene]:

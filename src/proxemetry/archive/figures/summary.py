@@ -105,7 +105,7 @@ def summarise(
 
     Photos that a reviewer excluded do not count. distinct: copies of one file count once a group. where: only people
     with these attributes count, and pairs of two such people. tables: the folder that holds the tables, that of the
-    results where None. Raises SettingsError for an unknown column and where nobody is as `where` has them, OutputError
+    results where None. Raises SettingsError for an unknown column and where no one matches `where`, OutputError
     where the tables are not there yet.
     """
     folder = tables or results.folder

@@ -108,7 +108,7 @@ def _changes(actions: Sequence[Action]) -> bool:
 
 
 def matched_people(a: Scene, b: Scene) -> list[tuple[int, int]]:
-    """Return who is the same in two versions of a scene, by the overlap of their boxes, one to one."""
+    """Return which people are the same in two versions of a scene, one to one, by the overlap of their boxes."""
     if not len(a) or not len(b):
         return []
     overlap = np.nan_to_num(pairwise_iou(a.people.boxes_px, b.people.boxes_px))

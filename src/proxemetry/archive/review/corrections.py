@@ -1,7 +1,8 @@
 """What people corrected by hand: an append-only log beside the results, which no rerun touches.
 
-Each entry records the file (by its SHA-256), what was corrected, by whom and when. Nothing is ever changed or deleted,
-taking a correction back is an entry too, and the database itself refuses anything else. Photos are never written to.
+Each entry records the file (by its SHA-256), what was corrected, who did it and when. Nothing is ever changed or
+deleted, taking a correction back is an entry too, and the database itself refuses anything else. Photos are never
+written to.
 """
 
 from __future__ import annotations

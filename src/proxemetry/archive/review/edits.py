@@ -55,7 +55,7 @@ class _Draft:
 def apply(scene: Scene, actions: Sequence[Action]) -> Scene:
     """Return a measured scene with the actions in force applied in their order, placed anew where they ask for it.
 
-    The measured scene is left as it is. What was applied, and by whom, is in the answer's `review`.
+    The measured scene is left as it is. What was applied, and who made it, is in the result's `review`.
     """
     settings = scene.settings
     off_floor = [i in settings.locate.off_floor for i in range(len(scene))]
@@ -84,10 +84,10 @@ def applied(scene: Scene, actions: Sequence[Action]) -> Scene:
 
 def _finished(scene: Scene, draft: _Draft, settings: Settings, actions: Mapping[int, Action]) -> Scene:
     if draft.excluded is not None:
-        nobody = People.none(scene.people.skeleton)
+        no_people = People.none(scene.people.skeleton)
         reason = f"excluded in review{': ' + draft.excluded if draft.excluded else ''}"
         bodies = Bodies.unplaced(0, scene.bodies.method, reason)
-        result = replace(scene, people=nobody, bodies=bodies, status="excluded", reason=reason)
+        result = replace(scene, people=no_people, bodies=bodies, status="excluded", reason=reason)
     elif draft.moved:
         locate = replace(
             settings.locate,

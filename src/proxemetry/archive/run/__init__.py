@@ -1,1 +1,1 @@
-"""Who does the work of a run: listing, scheduling, workers."""
+"""The work of a run: listing, scheduling, workers."""

@@ -1,4 +1,4 @@
-"""A whole run: which photos, with what, by whom, and the tables at the end."""
+"""A whole run: the photos, the settings, the workers, and the tables at the end."""
 
 from __future__ import annotations
 
@@ -136,8 +136,8 @@ def _measured(
 def _told_by_others(schedule: Schedule, listed: Manifest) -> None:
     """Once every photo is measured, measure those again of whose cameras other photos tell something.
 
-    Nobody is looked for again. What is told is a matter of the first measurement alone, so that a run that was stopped
-    goes on with what is left.
+    People are not searched for again. The evidence comes from the first measurement alone, so that a run that was
+    stopped goes on with what is left.
     """
     folder, settings = schedule.folder, schedule.job.settings
     asked = settings.other_photos or settings.same_camera

@@ -62,7 +62,7 @@ def shoots_of(folder: Folder, root: str | None, settings: LocateSettings) -> dic
 
 
 def _photos(folder: Folder, size: tuple[int, int]) -> list[_Seen]:
-    """Return photos of a size in an order that nobody chose, those held like most of them."""
+    """Return photos of a size in a fixed arbitrary order, those held like most of them."""
     rows = (
         attached(folder)
         .execute(

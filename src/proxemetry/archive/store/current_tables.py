@@ -1,4 +1,4 @@
-"""The tables of a results folder as they are to be now, written anew where they are not: who reads them asks here."""
+"""The current tables of a results folder, rewritten where they are out of date; readers of tables ask here."""
 
 from __future__ import annotations
 

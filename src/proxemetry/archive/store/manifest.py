@@ -111,7 +111,7 @@ def paths(folder: Folder) -> list[str]:
 
 
 def relative(folder: Folder, root: str | None) -> str | None:
-    """Return where the photos are, relative to the results folder: without the path of anybody's home."""
+    """Return where the photos are, relative to the results folder: without the path of the user's home folder."""
     if root is None or is_url(root) or is_url(folder.location):
         return root
     try:

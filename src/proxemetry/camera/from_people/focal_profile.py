@@ -53,7 +53,7 @@ class Pose:
         return moved
 
     def explains(self, segments: Segments) -> NDArray[np.bool_]:
-        """Return who stands as this camera would show an upright person, shape (N,)."""
+        """Return which people look as this camera would show an upright person, shape (N,)."""
         return distances_of(segments, self.log_f, self.parameters, self.scatter) < _INLIER
 
 

@@ -78,7 +78,7 @@ def segments_of(people: People, width: int, height: int) -> Segments:
 
 
 def _straight(people: People) -> NDArray[np.bool_]:
-    """Return who is not seen to be bent: shoulders, hips, knees and ankles lie nearly on a line, as far as seen."""
+    """Return which people are not bent: shoulders, hips, knees and ankles lie nearly on a line, as far as seen."""
     straight = np.ones(len(people), dtype=bool)
     for side in ("left", "right"):
         chain = np.stack([people.joint(f"{side}_{joint}") for joint in ("shoulder", "hip", "knee", "ankle")])

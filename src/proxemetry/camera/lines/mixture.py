@@ -173,7 +173,7 @@ class Fitted:
 def evaluate(lines: Lines, rows: FloatArray, shares: FloatArray, prior: Prior) -> tuple[Fitted, FloatArray, FloatArray]:
     """Return hypotheses as they are, with the slope (H, 9) of their cost, and the shares (H, 6) that would suit better.
 
-    The hessian is Gauss and Newton's, reweighted by whom each segment belongs to.
+    The hessian is Gauss and Newton's, reweighted by which direction each segment belongs to.
     """
     v, by = vanishing_points(rows)
     stray, away = strays(lines, v)

@@ -1,4 +1,4 @@
-"""Who is inside a closed rectangle of straight edges: in a picture, on a screen or a poster, in a mirror or window."""
+"""People inside a closed rectangle of straight edges: in a picture, on a screen or a poster, in a mirror or window."""
 
 from __future__ import annotations
 

@@ -128,7 +128,7 @@ def _longest(segments: FloatArray, count: int) -> FloatArray:
 
 
 def _outside(segments: FloatArray, boxes: FloatArray) -> NDArray[np.bool_]:
-    """Return which segments have their middle outside everybody's box, shape (N,)."""
+    """Return which segments have their middle outside every person's box, shape (N,)."""
     boxes = boxes[np.isfinite(boxes).all(axis=1)]
     around = _AROUND * (boxes[:, 2:] - boxes[:, :2])
     low, high = boxes[:, :2] - around, boxes[:, 2:] + around

@@ -89,7 +89,7 @@ def explained_people(
 
 
 def _measurable(evidence: Evidence) -> NDArray[np.bool_]:
-    """Return who has at least two joints apart from one another, shape (P,)."""
+    """Return which people have at least two joints apart from one another, shape (P,)."""
     high = np.where(evidence.seen[..., None], evidence.points, -np.inf).max(axis=1, initial=-np.inf)
     low = np.where(evidence.seen[..., None], evidence.points, np.inf).min(axis=1, initial=np.inf)
     extent = np.where(evidence.seen.sum(axis=1) >= 2, (high - low).max(axis=1), 0.0)
@@ -173,7 +173,7 @@ def _first_steps(
 ) -> tuple[Hypotheses, NDArray[np.intp], FloatArray]:
     """Return hypotheses two steps nearer to what they explain, each person's likeliest row then, and the camera.
 
-    Floor and stated depths are held loosely, so that people whom the coarse search put off them still find them.
+    Floor and stated depths are held loosely, so that people who start off them still converge to them.
     """
     tried = np.flatnonzero(hypotheses.group == 0)
     loose, leading = rows.taken(tried).with_floor(_LOOSE).with_depth(_LOOSE), np.searchsorted(tried, first)

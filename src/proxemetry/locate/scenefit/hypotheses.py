@@ -109,7 +109,7 @@ _LEAST_WEIGHT = 1e-9
 def with_stature(types: tuple[Bodytype, ...], stature: tuple[float, float] | None) -> tuple[Bodytype, ...]:
     """Return the types of a person whose stature is known, metres and their standard deviation; as they are for None.
 
-    The other lengths follow by their correlations, and who is 1.2 m tall is likelier a child.
+    The other lengths follow by their correlations, and a person 1.2 m tall is more likely a child.
     """
     if stature is None:
         return types

@@ -39,10 +39,10 @@ class Pooled:
     """What the people of many photos show about their one camera.
 
     camera: what log focal length and principal point are relative to. shared: shape (N_SHARED,), of the first view.
-    covariance: shape (N_SHARED, N_SHARED), if everybody is another person; its first three rows are NaN where there is
-    more than one view. by_bodies: the part of it that people's own bodies make, which are the same again where people
-    recur. overdispersion: how much further people are off than the noise of their joints explains, as a factor on
-    variances. cost: negative log posterior. n_people, n_detections: how many it rests on. by_view: shape (V, 2), how
+    covariance: shape (N_SHARED, N_SHARED), if everyone is a different person; its first three rows are NaN where there
+    is more than one view. by_bodies: the part of it that people's own bodies make, which are the same again where
+    people recur. overdispersion: how much further people are off than the noise of their joints explains, as a factor
+    on variances. cost: negative log posterior. n_people, n_detections: how many it rests on. by_view: shape (V, 2), how
     each view pulls at the log focal length there, and with what precision; places: shape (V, 3), each one's pitch, roll
     and log height.
     """
@@ -59,7 +59,7 @@ class Pooled:
     places: FloatArray
 
     def covariance_if_met(self, times: float) -> FloatArray:
-        """Return the covariance where everybody is there so many times, and nobody knows who is who.
+        """Return the covariance where each person is there so many times, and it is not known who is who.
 
         The errors of one body add up at worst (Cauchy and Schwarz); noise and postures even out all the same.
         """
@@ -70,10 +70,10 @@ def pooled(
     people: People, camera: Camera, persons: NDArray[np.intp], settings: LocateSettings,
     views: NDArray[np.intp] | None = None,
 ) -> Pooled | None:  # fmt: skip
-    """Return the camera that people of many photos tell, or None where nobody is usable.
+    """Return the camera found from the people in many photos, or None where no one is usable.
 
-    people: everybody of all photos, in undistorted pixels of `camera`. persons: shape (P,), who each of them is. views:
-    shape (P,), the photo of each, where the camera was carried about; nobody then counts as the same in two photos.
+    people: everyone in all photos, in undistorted pixels of `camera`. persons: shape (P,), who each of them is. views:
+    shape (P,), the photo of each, where the camera moved; no one then counts as the same person in two photos.
     Without it the camera was in one place.
     """
     model, prior = body_model(people.skeleton), shared_prior(camera)
@@ -94,8 +94,10 @@ def _start(
     people: People, camera: Camera, persons: NDArray[np.intp], prior: SharedPrior, settings: LocateSettings,
     model: BodyModel, views: NDArray[np.intp],
 ) -> tuple[Crowd, State, float] | None:  # fmt: skip
-    """Return everybody's likeliest explanation, view by view, where the search for one lens begins, and what a detector
-    resolves, in units of the focal length."""
+    """Return where the search for one lens begins: each person's likeliest explanation, view by view.
+
+    With it what a detector resolves, in units of the focal length.
+    """
     batches: list[HypothesisBatch] = []
     local: list[FloatArray] = []
     cameras: list[FloatArray] = []
@@ -112,7 +114,7 @@ def _start(
             whose.append(persons[mine[explained.usable]])
     if not batches:
         return None
-    rows, everybody, shared = HypothesisBatch.joined(batches), np.concatenate(local), np.array(cameras)
+    rows, per_person, shared = HypothesisBatch.joined(batches), np.concatenate(local), np.array(cameras)
     view = np.repeat(np.arange(len(whose)), list(map(len, whose)))
     pairs = np.column_stack([view, np.concatenate(whose)])
     _, first, owner = np.unique(pairs, axis=0, return_index=True, return_inverse=True)
@@ -120,10 +122,10 @@ def _start(
     mean, precision = _bodies(rows, owner, count)
     rows = replace(rows, prior_precision=_without_repetition(rows.prior_precision))
     lengths = np.zeros((count, N_LENGTHS))
-    np.add.at(lengths, owner, everybody[:, LOG_LENGTHS])
+    np.add.at(lengths, owner, per_person[:, LOG_LENGTHS])
     lengths /= np.bincount(owner, minlength=count)[:, None]
     crowd = Crowd(rows, owner, view[first], mean, precision)
-    return crowd, State(everybody, lengths, shared[:, :N_VIEW], np.median(shared[:, N_VIEW:], axis=0)), resolution
+    return crowd, State(per_person, lengths, shared[:, :N_VIEW], np.median(shared[:, N_VIEW:], axis=0)), resolution
 
 
 def _without_repetition(precision: FloatArray) -> FloatArray:
@@ -152,7 +154,7 @@ def _bodies(rows: HypothesisBatch, owner: NDArray[np.intp], count: int) -> tuple
 
 
 def _solved(crowd: Crowd, state: State, prior: SharedPrior) -> State:
-    """Return the best state: everybody's rows with one body, one lens for all views."""
+    """Return the best state: each person's rows with one body, one lens for all views."""
     state = _with_lengths(crowd, state)
     for _ in range(_ITERATIONS):
         state, longest = _stepped(crowd, state, equations_of(crowd, state, prior))

@@ -54,7 +54,7 @@ _MOST_REL_SD = 0.5
 
 @dataclass(frozen=True, eq=False)
 class Placed:
-    """Everybody usable, placed: the fields of `Bodies` for them alone."""
+    """All usable people, placed: the fields of `Bodies` for them alone."""
 
     positions_m: FloatArray
     covariance_m2: FloatArray

@@ -76,7 +76,7 @@ class Start:
     """The coarse answer for P people.
 
     shared: shape (N_SHARED,). cost: shape (P, postures, headings), log_depth: the same, point: the same and 2.
-    shared_cost: how unlikely the camera is, with everybody on its floor.
+    shared_cost: how unlikely the camera is, with everyone on its floor.
     """
 
     shared: FloatArray
@@ -87,7 +87,7 @@ class Start:
 
     @property
     def total_cost(self) -> float:
-        """The negative log posterior of everybody's best posture and heading, up to a constant."""
+        """The negative log posterior of each person's best posture and heading, summed, up to a constant."""
         return self.shared_cost + float(self.cost.min(axis=(1, 2)).sum())
 
 
@@ -110,7 +110,7 @@ def initialise(
 def _common_lean(evidence: Evidence, model: BodyModel) -> float:
     """Return how far trunks lean to the right in the picture, as the roll that would explain it: the median, radians.
 
-    0 where nobody shows shoulders and hips.
+    0 where no one shows shoulders and hips.
     """
     upper, lower = (evidence.seen & model.kinds[name] for name in ("shoulders", "torso"))
     known = upper.any(axis=1) & lower.any(axis=1)

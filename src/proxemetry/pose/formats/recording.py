@@ -128,7 +128,7 @@ def person_of(triples: Any, score: Any = None, box: Any = None) -> Person:
 
 
 def box_person(box: Sequence[float], score: float | None = None) -> Person:
-    """Return a person of whom only the box x0, y0, x1, y1 is known, for the skeleton `BOX`."""
+    """Return a person known only by the box x0, y0, x1, y1, for the skeleton `BOX`."""
     x0, y0, x1, y1 = map(float, box)
     if not (x0 < x1 and y0 < y1):
         raise KeypointsError(f"the box {x0:g}, {y0:g}, {x1:g}, {y1:g} has no area")

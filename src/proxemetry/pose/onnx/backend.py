@@ -164,7 +164,7 @@ class OnnxBackend:
             raise ModelError(f"{file} answers {count} joints, and {self.skeleton.name} has {len(self.skeleton)}")
 
     def _kept(self, people: People, photo: Photo) -> People:
-        """Return who is left once joints outside the photo and unsure ones are missing, and doubles are dropped."""
+        """Return the people left without joints outside the photo, uncertain joints and duplicates."""
         spec = self.specification
         points = people.keypoints_px
         inside = ((points >= 0) & (points <= (photo.width, photo.height))).all(axis=-1)
@@ -181,7 +181,7 @@ class OnnxBackend:
 def _share_inside(people: People) -> FloatArray:
     """Return which share of each skeleton's nose, shoulders and hips lies in its own box, shape (P,).
 
-    Where people overlap a network sometimes sees in one's box the other, who is better seen: that is no other person.
+    Where people overlap, a network sometimes finds in one's box the other, who is better seen: that is a duplicate.
     1 where none of these joints is seen.
     """
     points = np.stack([people.joint(joint) for joint in _FRAME], axis=1)
