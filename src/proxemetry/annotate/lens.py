@@ -38,7 +38,7 @@ def stated_lens(value: Any) -> Lens:
 
 
 def recorded_lens(photo: Photo) -> Lens | None:
-    """Return what a photo's file records, None where it does not tell; sensor sides are those of the whole picture."""
+    """Return what a photo's file records, None where it does not say; sensor sides are those of the whole picture."""
     estimate = estimate_camera(photo)
     camera, metadata = estimate.camera, photo.metadata
     if camera is None or not camera.source.kind.is_recorded:

@@ -77,7 +77,7 @@ class Project:
         except OSError as error:
             raise OutputError(f"{out}: cannot be created as a folder ({error.strerror})") from error
         self._lock = threading.RLock()
-        # Networks are loaded when the first photo is opened; what can be told at once is.
+        # Networks are loaded when the first photo is opened; what can be checked at once is.
         self._backend: PoseBackend | None = backend_named(pose) if replays(pose) else None
         self._looking = threading.Lock()
         self.log = AnnotationLog(self.out / LOG_FILE)

@@ -1,4 +1,4 @@
-"""The lens of a picture that a camera is calibrated on: as stated, as its file tells, or open.
+"""The lens of a picture that a camera is calibrated on: as stated, as recorded in its file, or open.
 
 What the user states for all photos (`--focal-35mm`, `--assume-fov`) is rough, and known within its standard deviation.
 """
@@ -14,7 +14,7 @@ from .points import PRINCIPAL_REL_SD, open_camera
 
 
 def lens_of(photo: Photo, request: FocalRequest) -> tuple[Camera, bool]:
-    """Return the lens of a photo, and whether its focal length is known; it is open where nothing tells it."""
+    """Return the lens of a photo, and whether its focal length is known; it is open where nothing shows it."""
     camera = estimate_camera(photo, request).camera
     known = camera is not None
     return with_open_principal(camera or open_camera(photo.width, photo.height)), known

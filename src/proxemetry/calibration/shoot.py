@@ -37,11 +37,11 @@ WIDEST_RATIO = 1.3 / 0.7
 
 @dataclass(frozen=True, eq=False)
 class ShootFit:
-    """What the people of a shoot tell.
+    """What the people in a shoot show about the camera.
 
     log_focal_px, log_sd: of the focal length. mount: the camera's place, where it stayed. photos, people: how many it
     rests on, people counted as no more than one photo shows at once. left_out: which photos are of another lens.
-    largest_share: how much of what is known of it one photo alone tells. pitch_rad: how far the camera looks down (or
+    largest_share: how much of the evidence on it comes from one photo. pitch_rad: how far the camera looks down (or
     up) in the middle one of the photos; infinite where that does not matter.
     """
 
@@ -60,7 +60,7 @@ class ShootFit:
         if 2 * HALF_WIDTH_SD * self.log_sd > math.log(WIDEST_RATIO):
             return "too wide"
         if self.largest_share > _MOST_BY_ONE:
-            return "a single photo tells most of it"
+            return "most of the evidence is from a single photo"
         if self.pitch_rad < _LEAST_PITCH_RAD:
             return "the camera looks too level: seen so, every focal length fits"
         return None
@@ -69,7 +69,7 @@ class ShootFit:
 def told_by_shoot(
     photos: Sequence[People], width: int, height: int, settings: LocateSettings, *, stayed: bool
 ) -> ShootFit:
-    """Return what the people of photos of `width` x `height` pixels tell of their one camera; raises CameraError.
+    """Return the camera found from the people in photos of `width` x `height` pixels; raises CameraError.
 
     stayed: whether the camera stood in one place for all of them. The same people may be in every photo, and nobody
     knows who is who: the errors of their bodies count as if all were.

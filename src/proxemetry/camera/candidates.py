@@ -125,7 +125,7 @@ def _recorded(photo: Photo, frame: Frame) -> Iterator[Found]:
 
 
 def _by_others(photo: Photo, frame: Frame, others: Others) -> Iterator[Found]:
-    """Yield what the sensor makes of the photo's focal length that other photos of the same model tell."""
+    """Yield the photo's focal length by the sensor that other photos of the same model show."""
     focal_mm = photo.metadata.focal_mm
     crop = None if others.model is None or focal_mm is None else others.model.crop_at(focal_mm)
     if crop is None or focal_mm is None:

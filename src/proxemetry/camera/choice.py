@@ -70,7 +70,7 @@ def _is_half_stated(photo: Photo, request: FocalRequest) -> bool:
 
 
 def with_flight(estimate: CameraEstimate, photo: Photo, mount: Mount | None) -> CameraEstimate:
-    """Return the estimate with the place that a drone wrote into its photo's file, where nothing stated tells it.
+    """Return the estimate with the place that a drone recorded in its photo's file, where none is stated.
 
     What is stated of the place comes first, part by part; a mount that was found with its lens is complete.
     """

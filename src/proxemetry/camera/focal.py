@@ -32,7 +32,7 @@ __all__ = ["Camera", "CameraEstimate", "Candidate", "FocalRequest", "estimate_ca
 
 
 def estimate_camera(photo: Photo, request: FocalRequest | None = None, others: Others | None = None) -> CameraEstimate:
-    """Return the camera of a photo, with every candidate for its focal length. others: what other photos tell of it.
+    """Return the camera of a photo, with every candidate for its focal length. others: what other photos show about it.
 
     The estimate's camera is None, with the reason, where neither the photo nor the request gives a focal length, or
     where the file is no picture of one perspective.

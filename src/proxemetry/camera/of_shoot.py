@@ -1,4 +1,4 @@
-"""A photo's camera as the people of all photos of its shoot tell it, unless its own people know better."""
+"""A photo's camera as found from the people in all photos of its shoot, unless its own people contradict it."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def contradiction(shoot: SameShoot, people: People, photo: Photo) -> Flag | None
 
 
 def of_shoot(estimate: CameraEstimate, shoot: SameShoot, photo: Photo) -> CameraEstimate:
-    """Return the camera that a shoot tells, with the place where it stood if it stayed."""
+    """Return the camera found from a shoot, with the place where it stood if it stayed."""
     frame = frame_of(photo.width, photo.height, photo.metadata)
     source = Source(FocalSource.PEOPLE_OF_PHOTOS, f"{shoot.photos} photos")
     chosen = Candidate(math.exp(shoot.log_focal_px), shoot.log_sd, source)

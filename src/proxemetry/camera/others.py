@@ -1,4 +1,4 @@
-"""What other photos of a run tell of a photo's camera: those of the same model by their files, those of one shoot by
+"""What other photos of a run show about a photo's camera: those of the same model by their files, those of one shoot by
 the people in them."""
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from typing import Any
 from ..intervals import HALF_WIDTH_SD
 from .mount import Mount
 
-#: Fewer photos than this that state a sensor tell nothing of it: one of two files is wrong often enough.
+#: Fewer photos than this that state a sensor do not count: one of two files is wrong often enough.
 LEAST_PHOTOS = 3
 #: Sensors behind one model's name are one where their crop factors differ by no more than this.
 _ONE_SENSOR = 0.05
@@ -38,9 +38,9 @@ class SameModel:
     crops: tuple[CropRange, ...]
 
     def crop_at(self, focal_mm: float) -> CropRange | None:
-        """Return the crop factor of a photo of this model, None where too few tell it or they tell several.
+        """Return the crop factor of a photo of this model, None where too few show it or they disagree.
 
-        A phone has a sensor for each lens: photos with the same focal length tell first, and all of them together
+        A phone has a sensor for each lens: photos with the same focal length are used first, and all of them together
         where they agree.
         """
         near = [c for c in self.crops if abs(math.log(c.focal_mm / focal_mm)) <= _SAME_MM]
@@ -60,7 +60,7 @@ class SameModel:
 
 @dataclass(frozen=True)
 class SameShoot:
-    """What the people of many photos of one size tell of one camera, as the user says that it is.
+    """What the people in many photos of one size show about their one camera (that it is one, the user states).
 
     log_focal_px, log_sd: of the focal length in pixels. photos, people: how many it rests on, people counted as no more
     than one photo shows at once where nobody knows who recurs. mount: where the camera stood, of the photos that show
@@ -87,7 +87,7 @@ class SameShoot:
 
 @dataclass(frozen=True)
 class Others:
-    """What other photos tell of one photo's camera. shoot: its mount is there only if it holds for this photo."""
+    """What other photos show about one photo's camera. shoot: its mount is there only if it holds for this photo."""
 
     model: SameModel | None = None
     shoot: SameShoot | None = None

@@ -48,7 +48,7 @@ def _of_photos(
 def of_frames(frames: list[tuple[float, People]], camera: Camera, focal_known: bool) -> PeopleFit:
     """Return the camera from frames that follow each other.
 
-    People are followed by their boxes first. Where the focal length is known, the camera that they tell is good enough
+    People are followed by their boxes first. Where the focal length is known, the camera found from them is good enough
     to follow them over the floor, which loses fewer of them behind others, and they are asked again.
     """
     times, seen = [now for now, _ in frames], [people for _, people in frames]

@@ -25,7 +25,7 @@ _N_CAMERA = 4
 #: Over so many metres a floor is as high or as low: slopes and cambers stretch over a room or a street's width. An
 #: assumption; who stands side by side stands on the same.
 FLOOR_REACH_M = 3.0
-#: What a body's size shows of its distance: statures spread by so much (ANSUR II, both sexes). Where feet tell less,
+#: What a body's size shows of its distance: statures spread by so much (ANSUR II, both sexes). Where feet show less,
 #: the floor hardly matters.
 _SIZE_SD = 0.06
 #: So many waves make a floor.
@@ -87,7 +87,7 @@ def uneven_m(own_m: FloatArray, height_m: float, slope_sd: float = 0.0) -> Float
 
     own_m: metres to the right and ahead of the camera's foot. slope_sd: how far the floor is from level besides, metres
     a metre: of a mount that was found on this floor that is in its pitch and roll. The error lies along the line of
-    sight: a floor that is higher by e looks nearer by e times distance over height. Feet and size together tell the
+    sight: a floor that is higher by e looks nearer by e times distance over height. Feet and size together show the
     distance, each by its certainty, so that the floor's part of the error is the feet's weight times the feet's error.
     """
     away = np.linalg.norm(own_m, axis=1)

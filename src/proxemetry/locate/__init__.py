@@ -44,7 +44,7 @@ class LocateSettings:
     body_size: the population of `anthropometry`; "adults" is half women, half men, "mixed" has children besides,
         with the share `child_weight`.
     body_sizes: the same for single people by row, None for the run's.
-    statures: of single people by row, metres and their standard deviation, None where unknown: measured, or told by
+    statures: of single people by row, metres and their standard deviation, None where unknown: measured, or found from
         other pictures of the same person. floor: "shared" or "none".
     off_floor: rows of people who do not stand on the shared floor.
     quirks: names of the published code's peculiarities to reproduce (`QUIRKS`).

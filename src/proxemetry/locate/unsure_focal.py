@@ -1,8 +1,8 @@
 """The scene fit where the focal length is hardly known: fitted at several, and their explanations held together.
 
 The fit is linear about one focal length, and between people who lean, gait and floors that fall it finds a focal length
-in a photo that has none to tell: a level camera's people fit every one. What people do tell is heard before
-(`camera.from_people`), so that the fit may not tell it again. Where the focal length is less sure than `UNSURE_SD`, it
+in a photo that has no evidence on it: a level camera's people fit every one. What people do show is used before
+(`camera.from_people`), so the fit must not use it again. Where the focal length is less sure than `UNSURE_SD`, it
 is held at three values instead, Gauss and Hermite's of a normal distribution, and each fit is a mode of the bodies.
 """
 
@@ -20,7 +20,7 @@ from ..people import People
 from . import LocateSettings
 from .scenefit import locate as fitted
 
-#: From this relative standard deviation on. What the file records is surer, and so is most of what lines tell.
+#: From this relative standard deviation on. What the file records is surer, and so is most of what lines show.
 UNSURE_SD = 0.25
 #: More people than this are fitted at one focal length, whose doubt stretches their depths: three fits of a crowd take
 #: three times its seconds and memory.

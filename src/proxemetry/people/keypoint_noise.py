@@ -58,7 +58,7 @@ class NoiseLaw:
     from person to person; what is not listed is seen as it is. lowest_score: what scores less is drawn, not seen.
     from_above: joint name (without its side) -> what is added to 1, times the sine of the angle, for the factor by
     which the spread grows; what is not listed has that of "other", 0 where there is none. alike: by what the variance
-    of all that people together tell of the camera's pitch, roll and height is multiplied.
+    of all that people together show of the camera's pitch, roll and height is multiplied.
     """
 
     definition: Mapping[str, float]

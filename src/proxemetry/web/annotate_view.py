@@ -136,7 +136,7 @@ def _lens(lens: Lens | None) -> dict[str, Any] | None:
 
 
 def places_view(project: Project, shoot: int) -> dict[str, Any]:
-    """Return a shoot's measurements, what follows from them, and what cannot be told."""
+    """Return a shoot's measurements, what follows from them, and what remains open."""
     known, places = project.now.shoot(shoot), project.places(shoot)
     seen = project.now.tags_seen(shoot, project.files)
     tags = in_order({*seen, *places.tags})

@@ -1,4 +1,4 @@
-"""A camera's place from what is clicked and typed on a picture: found, and told in pixels for the page to draw."""
+"""A camera's place from what is clicked and typed on a picture: found, and returned in pixels for the page to draw."""
 
 from __future__ import annotations
 
@@ -81,7 +81,7 @@ def found(scene: Scene, clicked: Clicked) -> dict[str, Any]:
     """Return what was found as JSON values: the mount, what it says, and everything to draw.
 
     Of less than it takes the status is "waiting", with what is missing. Raises CameraError where points and lengths
-    tell no camera.
+    determine no camera.
     """
     camera, known = lens(scene, clicked.lens)
     about = {"focal_px": round(camera.f_px, 1) if known else None, "source": str(camera.source) if known else None}
@@ -118,7 +118,7 @@ def _missing(clicked: Clicked, known: bool) -> str | None:
     more = _FEWEST_POINTS - points
     said = f"{more} more point{'' if more == 1 else 's'} of the floor"
     if points == 0 and lengths >= _FEWEST_LENGTHS:
-        return f"{said}, or state the focal length: lengths do not tell it"
+        return f"{said}, or state the focal length: lengths do not determine it"
     if points == 0 and lengths:
         return f"{said}, or one more taped length"
     return said

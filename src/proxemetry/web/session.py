@@ -232,9 +232,9 @@ class Review:
         self._summaries[number] = card_of(self._corrected(scene))
 
     def calibrate(self, number: int, clicked: Clicked) -> dict[str, Any]:
-        """Return what clicked points and lengths tell of the camera of a photo, see `calibrating.found`.
+        """Return what clicked points and lengths show about the camera of a photo, see `calibrating.found`.
 
-        What tells no camera is an answer too, of the status "problem": half of the clicks are not there yet.
+        Input that determines no camera is answered with the status "problem": half of the clicks may be missing yet.
         """
         with self._lock:
             scene = self._scene(self._summary(number))
@@ -244,7 +244,7 @@ class Review:
             return {"status": "problem", "text": str(error)}
 
     def save_camera(self, number: int, clicked: Clicked, name: str) -> dict[str, str]:
-        """Write the camera that points and lengths tell into the results folder; return where, and what to do next.
+        """Write the camera found from points and lengths into the results folder; return where, and what to do next.
 
         Raises SettingsError for a name that is none, and where there is no folder; CameraError without a camera.
         """

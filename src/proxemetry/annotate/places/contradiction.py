@@ -1,4 +1,4 @@
-"""Measurements that contradict each other, and which of them is wrong where that can be told (Baarda 1968)."""
+"""Measurements that contradict each other, and which of them is wrong where that can be determined (Baarda 1968)."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class Suspect:
 class Contradiction:
     """Measurements that do not fit together. suspects: each, left out, makes the rest agree; one: it is the wrong one.
 
-    settled: whether the rest agrees then; else more is wrong than can be told.
+    settled: whether the rest agrees then; else more is wrong than can be identified.
     """
 
     suspects: tuple[Suspect, ...]

@@ -109,7 +109,7 @@ class Network:
         return directions[rank:].reshape(-1, len(self.tags), 2)
 
     def covariance(self, positions_m: FloatArray) -> FloatArray:
-        """Return the covariance of the positions, shape (2 N, 2 N), of what the measurements tell."""
+        """Return the covariance of the positions, shape (2 N, 2 N), as far as measured."""
         slope = self.derivatives(positions_m.ravel())
         return np.asarray(np.linalg.pinv(slope.T @ slope, rcond=_NULL**2, hermitian=True), dtype=float)
 

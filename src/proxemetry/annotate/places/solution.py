@@ -1,4 +1,4 @@
-"""From measurements to places: positions, what each tape misses by, and in plain words what cannot be told."""
+"""From measurements to places: positions, what each tape misses by, and in plain words what cannot be determined."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Fit:
 
 @dataclass(frozen=True, eq=False)
 class Places:
-    """N marks on the floor. positions_m: shape (N, 2), NaN where the measurements do not tell; reasons say why.
+    """N marks on the floor. positions_m: shape (N, 2), NaN where undetermined; reasons say why.
 
     distance_m, distance_sd_m: shape (N, N), NaN where either mark has no place. fits: one a measurement, tapes first.
     contradiction: None where all agree. mirrored: the whole may be its mirror image, which changes no distance. scale:

@@ -1,4 +1,4 @@
-"""What the photos of a run tell of each other's cameras, once all are measured: by model, and by shoot.
+"""What the photos of a run show about each other's cameras, once all are measured: by model, and by shoot.
 
 Models come from what files state (`camera.others.SameModel`); shoots, asked for with `--same-camera`, from the people
 of all photos of one size that state no focal length. Both rest on what the first pass over the photos wrote alone, so
@@ -39,14 +39,15 @@ _SCHEMA = "proxemetry.cameras/1"
 #: Models and, of each, focal lengths that are kept: more than any archive has.
 _MOST_MODELS, _MOST_CROPS = 20_000, 48
 _ROWS_AT_ONCE = 4096
-#: Photos whose file tells their focal length beyond doubt tell; others may be told. By what they were alone.
+#: Photos whose file states the focal length beyond doubt are evidence; the others may use it. By what each showed
+#: alone.
 _TELLS, _OPEN = "own_focal = 'sure'", "status IN ('ok', 'no_camera') AND own_focal IN ('doubtful', 'none')"
 _COLUMNS = ("photo", "camera_make", "camera_model", "width_px", "height_px", "own_focal", "others")
 
 
 @dataclass(frozen=True, eq=False)
 class Shoot:
-    """One shoot: what it tells (None where it does not), why not, and the background of a camera that stayed."""
+    """One shoot: what it shows (None for nothing), why not, and the background of a camera that stayed."""
 
     told: SameShoot | None
     said: str
@@ -85,7 +86,7 @@ _LOOK_PX = 480
 
 @dataclass(frozen=True, eq=False)
 class CameraPool:
-    """What is told of cameras: of models by (make, model), of shoots by the long and the short side of their photos."""
+    """The evidence on cameras: on models by (make, model), of shoots by the long and the short side of their photos."""
 
     models: Mapping[tuple[str, str], SameModel] = field(default_factory=dict[tuple[str, str], SameModel])
     shoots: Mapping[tuple[int, int], Shoot] = field(default_factory=dict[tuple[int, int], Shoot])
@@ -115,7 +116,7 @@ class CameraPool:
         return cls({(m.make, m.model): m for m in models}, shoots)
 
     def digest_for(self, row: Mapping[str, Any]) -> str:
-        """Return what is told of a photo, by its row of a part, as a digest; "" for nothing."""
+        """Return the evidence on a photo, by its row of a part, as a digest; "" for none."""
         model, shoot = self._of(row)
         key = id(model), id(shoot)  # of the pool's own: a million rows ask about a few models and shoots
         if key not in self._digests:
@@ -123,7 +124,7 @@ class CameraPool:
         return self._digests[key]
 
     def others_of(self, row: Mapping[str, Any], photo: Photo) -> Others:
-        """Return what is told of a photo, by its row of a part."""
+        """Return the evidence on a photo, by its row of a part."""
         model, shoot = self._of(row)
         return Others(model, None if shoot is None else shoot.of(photo))
 
@@ -142,7 +143,7 @@ def _digest(model: SameModel | None, shoot: Shoot | None) -> str:
 
 
 def open_rows(folder: Folder) -> Iterator[tuple[int, dict[str, Any]]]:
-    """Yield shard and row of every photo that others may tell something of."""
+    """Yield shard and row of every photo on which others may be evidence."""
     names = ", ".join(_COLUMNS)
     cursor = attached(folder).cursor()
     cursor.execute(
@@ -155,12 +156,12 @@ def open_rows(folder: Folder) -> Iterator[tuple[int, dict[str, Any]]]:
 
 
 def is_open(row: Mapping[str, Any]) -> bool:
-    """Return whether others may tell something of a photo, by its row of a part, as `open_rows` has it."""
+    """Return whether others may be evidence on a photo, by its row of a part, as `open_rows` has it."""
     return row["status"] in ("ok", "no_camera") and row["own_focal"] in (OwnFocal.DOUBTFUL, OwnFocal.NONE)
 
 
 def models_of(folder: Folder) -> dict[tuple[str, str], SameModel]:
-    """Return what photos beyond doubt tell of the models that other photos of the run are of, too."""
+    """Return what photos beyond doubt show about the models of other photos in the run."""
     every = parts.every_row(folder)
     rows: list[tuple[Any, ...]] = (
         attached(folder)
@@ -201,5 +202,5 @@ def read_pool(folder: Folder, digest: str) -> CameraPool:
 
 
 def stale_shards(folder: Folder, pool: CameraPool) -> list[int]:
-    """Return the shards with photos of whose cameras others now tell something else."""
+    """Return the shards with photos about whose cameras the evidence from others has changed."""
     return sorted({shard for shard, row in open_rows(folder) if pool.digest_for(row) != (row["others"] or "")})

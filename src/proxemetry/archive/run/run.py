@@ -134,7 +134,7 @@ def _measured(
 
 
 def _told_by_others(schedule: Schedule, listed: Manifest) -> None:
-    """Once every photo is measured, measure those again of whose cameras other photos tell something.
+    """Once every photo is measured, measure those again about whose cameras other photos show something.
 
     People are not searched for again. The evidence comes from the first measurement alone, so that a run that was
     stopped goes on with what is left.

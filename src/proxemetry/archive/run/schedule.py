@@ -60,7 +60,7 @@ class Schedule:
     """One pass over the shards of a run; on_progress is called with every step.
 
     is_mine: which shards this run does. update: photos that may be added while it works. scan: photos that may have
-    to be measured again. pool: the digest of what other photos tell of cameras, where that alone is new (`work.Task`).
+    to be measured again. pool: the digest of the evidence from other photos, where that alone is new (`work.Task`).
     """
 
     workers: WorkerPool

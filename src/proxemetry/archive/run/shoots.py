@@ -41,14 +41,14 @@ class _Seen:
 
 
 def pool_of(folder: Folder, root: str | None, settings: Settings) -> CameraPool:
-    """Return what the measured photos of a folder tell of each other's cameras, as far as the settings ask."""
+    """Return what the measured photos of a folder show about each other's cameras, as far as the settings ask."""
     models = models_of(folder) if settings.other_photos else {}
     shoots = shoots_of(folder, root, settings.locate) if settings.same_camera else {}
     return CameraPool(models, shoots)
 
 
 def shoots_of(folder: Folder, root: str | None, settings: LocateSettings) -> dict[tuple[int, int], Shoot]:
-    """Return what the people of all photos of each size tell. root: where the photos are, None where there are none."""
+    """Return what the people in all photos of each size show. root: where the photos are, None where there are none."""
     sizes: list[tuple[int, int]] = (
         attached(folder)
         .execute(

@@ -60,7 +60,7 @@ class Job:
 class Task:
     """A piece of work: a shard to measure and write, or (alone) one photo of it whose row is handed back.
 
-    pool: the digest of `cameras.json` where the photos are measured already and only what others tell of them is new.
+    pool: the digest of `cameras.json` where the photos are measured already and only the evidence from others is new.
     """
 
     shard: int
@@ -156,7 +156,7 @@ class Measurer:
                 yield replace(record, counts=replace(record.counts, again=int(bool(known.sha256))))
 
     def _told_records(self, task: Task) -> Iterator[Record]:
-        """Yield the rows of photos that are measured, again where other photos now tell another camera of them."""
+        """Yield the rows of photos that are measured, again where the evidence from other photos has changed."""
         pool, before = self._pool(task.pool), parts.previous_rows(self.folder, task.shard)
         for item in task.items:
             known = before.get(item.photo)

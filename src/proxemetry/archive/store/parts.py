@@ -74,7 +74,7 @@ class PreviousRow:
 
     @property
     def own_focal(self) -> OwnFocal:
-        """What the photo told of its focal length by itself."""
+        """What the photo showed about its focal length by itself."""
         told = self.fields["own_focal"]  # missing where an earlier version wrote the part
         return OwnFocal.of(self.scene) if told is None else OwnFocal(told)
 
@@ -84,7 +84,7 @@ class PreviousRow:
         return Scene.from_json(self.fields["scene"])
 
     def told(self, others: str) -> PreviousRow:
-        """Return the row with another digest of what other photos told of it."""
+        """Return the row with another digest of the evidence from other photos."""
         return PreviousRow({**self.fields, "others": others})
 
     def record(self, file: FileState | None) -> Record:
@@ -131,7 +131,7 @@ def record_of(
 ) -> Record:
     """Return the row of a scene, and of the state that the file had when it was measured.
 
-    others: a digest of what other photos told of its camera. own_focal: what it told itself, before.
+    others: a digest of what other photos showed about its camera. own_focal: what it showed by itself, before.
     """
     (photo,) = rows("photos", scene)
     nested: dict[str, list[dict[str, Any]]] = {

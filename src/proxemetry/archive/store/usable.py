@@ -32,7 +32,7 @@ class Usable:
 def usable_parts(folder: Folder) -> Usable:
     """Return which parts can be read, and warn once of those that cannot.
 
-    Raises OutputError where none can be, or the list of photos is gone, which tells what was in them.
+    Raises OutputError where none can be, or the list of photos is gone, which says what was in them.
     """
     names = parts.names_of(folder)
     damaged = damaged_parts(folder, names)

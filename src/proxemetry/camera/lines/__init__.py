@@ -1,4 +1,4 @@
-"""What the picture itself tells of its camera, by straight segments: gravity, and often the focal length."""
+"""What straight segments in the picture show about its camera: gravity, and often the focal length."""
 
 from .focal import FocalFromLines, focal_from_lines
 from .gravity import Gravity, gravity_from_lines

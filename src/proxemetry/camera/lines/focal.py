@@ -28,16 +28,16 @@ _FINE: FloatArray = np.linspace(-0.3, 0.3, 11)
 WEAK_PRIOR = (math.log(35 / 43.267), 0.7)
 #: An explanation less probable than this is none: a wrong one costs more here than in gravity, which people contradict.
 TRUSTED = 0.95
-#: 90 % intervals of log f wider than this tell little more than that it is a photo.
+#: 90 % intervals of log f wider than this say hardly more than that it is a photo.
 WIDEST = 0.6
 #: A level direction of fewer independent segments than this is none to speak of.
 _SECOND = 1.5
-#: A few walls may all be out of true, which more segments on them do not tell: this further doubt of log f (made-up
-#: scenes of odd walls, `benchmarks/accuracy/picture_lines.py`) where one level direction is alone, or where the log
-#: evidence is less than this; it falls off with the square of more (York Urban's median is 66).
+#: A few walls may all be out of true, which more segments on them do not reveal: this further uncertainty of log f
+#: (made-up scenes of odd walls, `benchmarks/accuracy/picture_lines.py`) where one level direction is alone, or where
+#: the log evidence is less than this; it falls off with the square of more (York Urban's median is 66).
 _DOUBT_SD, _MUCH = 0.08, 30.0
 OPEN = "the lines leave the focal length open"
-NO_STRUCTURE = "no straight structure that tells the focal length"
+NO_STRUCTURE = "no straight structure that shows the focal length"
 ONE_DIRECTION = "level lines run along one direction alone"
 
 
@@ -80,7 +80,7 @@ class FocalProfile:
 def focal_from_lines(segments_px: ArrayLike, width: int, height: int) -> FocalFromLines | None:
     """Return the focal length from straight segments (N, 4), u0 v0 u1 v1 in pixels of a photo of `width` x `height`.
 
-    None where the segments do not tell: no straight structure, one direction alone, or an interval too wide to be of
+    None where the segments do not show it: no straight structure, one direction alone, or an interval too wide to be of
     use. Raises ValueError for another shape.
     """
     found = read_focal(segments_px, width, height)
@@ -88,7 +88,7 @@ def focal_from_lines(segments_px: ArrayLike, width: int, height: int) -> FocalFr
 
 
 def read_focal(segments_px: ArrayLike, width: int, height: int) -> FocalFromLines | str:
-    """Return the focal length from straight segments as `focal_from_lines` does, or why they do not tell."""
+    """Return the focal length from straight segments as `focal_from_lines` does, or why there is none."""
     profile = focal_profile(segments_px, width, height)
     if isinstance(profile, str):
         return profile

@@ -31,7 +31,7 @@ TRUSTED = 0.9
 _SAME_RAD, _SAME_AZIMUTH = math.radians(0.3), 0.03
 #: What a mount made of it says of itself.
 SOURCE = "straight lines"
-TOO_FEW, NO_STRUCTURE = "fewer than 4 straight segments", "no straight structure that tells up from down"
+TOO_FEW, NO_STRUCTURE = "fewer than 4 straight segments", "no straight structure that shows which way is up"
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,15 +73,15 @@ class Gravity:
 def gravity_from_lines(segments_px: ArrayLike, camera: Camera) -> Gravity | None:
     """Return gravity's direction from straight segments (N, 4), u0 v0 u1 v1 in pixels of `camera`.
 
-    None where the segments do not tell. Up is taken to be upwards in the picture: a photo that stands on its head looks
-    the same. Raises ValueError for another shape.
+    None where the segments do not show it. Up is taken to be upwards in the picture: a photo that stands on its head
+    looks the same. Raises ValueError for another shape.
     """
     found = read_gravity(segments_px, camera)
     return None if isinstance(found, str) else found
 
 
 def read_gravity(segments_px: ArrayLike, camera: Camera) -> Gravity | str:
-    """Return gravity from straight segments (N, 4) as `gravity_from_lines` does, or why they do not tell."""
+    """Return gravity from straight segments (N, 4) as `gravity_from_lines` does, or why there is none."""
     diagonal = math.hypot(camera.width, camera.height)
     f_px = camera.f_px
     rays = camera.rays(checked(segments_px).reshape(-1, 2, 2))[..., :2]

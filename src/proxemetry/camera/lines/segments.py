@@ -16,7 +16,7 @@ from ...photo import Photo
 #: The picture is reduced to this long side: edges of things stay, texture goes. As large as York Urban's pictures, on
 #: which the noise of segments was measured.
 LONG_SIDE_PX = 640
-#: Segments shorter than this part of the diagonal tell little; of the others, the longest are looked at.
+#: Segments shorter than this part of the diagonal show little; of the others, the longest are used.
 _SHORTEST, _MOST = 0.016, 300
 #: Along the picture's edge, within this part of its sides, run the borders of scans and prints.
 _MARGIN = 0.012

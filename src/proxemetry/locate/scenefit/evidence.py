@@ -38,7 +38,7 @@ class Evidence:
         axis, and its standard deviation; NaN where nothing is stated.
     lengths: what the back end makes of body lengths, in the order of `anthropometry.LENGTHS`. from_above: shape (K,),
         what the sine of the angle from above adds to the noise, as a share. alike: by what the variance of all that
-        people together tell of pitch, roll and height is multiplied.
+        people together show of pitch, roll and height is multiplied.
     """
 
     points: FloatArray

@@ -2,8 +2,8 @@
 
 Rows of one person share the lengths of one body. Each row answers for its place, heading and posture, each person for
 the lengths, each view (a photo of a camera that is carried about, or all photos of one that stays) for pitch, roll and
-height, and what is left tells the lens. So the interval counts people, not detections; and it holds what more people
-do not even out (`departures`).
+height, and what is left determines the lens. So the interval counts people, not detections; and it holds what more
+people do not even out (`departures`).
 """
 
 from __future__ import annotations

@@ -162,7 +162,7 @@ def _covariance(fit: Fit, alike: float = 1.0) -> tuple[FloatArray, FloatArray, F
     """Return the standard deviations of the local unknowns (P, N_LOCAL), and the joint covariances of the positions
     (3 P, 3 P) and of the shared unknowns (N_SHARED, N_SHARED).
 
-    alike: people err alike, so that what they together tell of pitch, roll and height is worth as many times less.
+    alike: people's errors are shared, so their joint evidence on pitch, roll and height is divided by this.
     """
     own = fit.hessian[:, :N_LOCAL, :N_LOCAL]
     inverse = np.linalg.inv(own)

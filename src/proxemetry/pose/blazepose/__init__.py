@@ -168,7 +168,7 @@ def _seen_twice(search: Search, seen: Candidate) -> tuple[Candidate, Candidate] 
     """Return two looks that agree, of which one was shown the mirror image; None where there are none.
 
     What the network imagined it does not see twice. Its own flag that a person is there is one of the score's
-    features, and one of the least telling. A third look is for where the network would rather have looked.
+    features, and one of the least informative. A third look is for where the network would rather have looked.
     """
     mirrored = search.again(seen, mirrored=True)
     if agree(seen, mirrored):
