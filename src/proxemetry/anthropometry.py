@@ -139,7 +139,7 @@ _OLDEST_CHILD = 14
 def populations(body_size: str, child_weight: float = CHILD_WEIGHT) -> tuple[Population, ...]:
     """Return the groups that a body size (`locate.BODY_SIZES`) is a mixture of; their weights sum to one.
 
-    "adults" is half women, half men; "mixed" has `child_weight` of children besides; "children" are 2 to 14 years old
+    "adults" is half women, half men; "mixed" also has `child_weight` of children; "children" are 2 to 14 years old
     in three groups of ages. Raises SettingsError for another name.
     """
     adults = (_adults("women", 0.5), _adults("men", 0.5))

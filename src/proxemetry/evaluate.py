@@ -74,10 +74,10 @@ def predict_photos(
     """Find the people of a folder of photos, or of several files, and return the answers of each named method.
 
     images: None where `pose` is recorded keypoints, which need no photos. focal: what is stated of the cameras, as in a
-    camera table, before what the files record. restart: measure anew what `out` has.
-    The results folder `out` keeps a run with default settings, whatever the methods: a run that was stopped goes on,
-    people are looked for once, and each method places the same people. Corrections by hand do not count. on_progress is
-    called with every step of the run. Raises what `archive.run` raises.
+    camera table, before what the files record. restart: measure again what `out` has.
+    The results folder `out` keeps a run with default settings, whatever the methods: a run that was stopped is
+    continued, people are looked for once, and each method places the same people. Corrections by hand do not count.
+    on_progress is called with every step of the run. Raises what `archive.run` raises.
     """
     from .archive.run.run import run
     from .archive.run.work import Job

@@ -35,7 +35,7 @@ _HALF_OF_A_PAIR = re.compile(r"\\u[dD][89abAB]|\\u[dD][c-fC-F]|[\ud800-\udfff]")
 
 
 def open_file(path: str | Path) -> BufferedReader:
-    """Open a regular file to read; raises OSError, whose `strerror` names what else it is where it is none."""
+    """Open a regular file to read; raises OSError, whose `strerror` names what else it is."""
     require_file(path)
     # What was put in its place in the meantime is not waited for either.
     descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
@@ -89,7 +89,7 @@ def read_text(path: str | Path) -> str:
 
 
 def csv_lines(text: str) -> list[str]:
-    """Return a CSV text's lines with their ends. What `str.splitlines` takes for an end besides stays in its cell.
+    """Return a CSV text's lines with their ends. What else `str.splitlines` takes for an end stays in its cell.
 
     Captions hold such signs: layout programs write a vertical tab or U+2028 for a line break.
     """

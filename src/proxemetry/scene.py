@@ -1,6 +1,6 @@
 """All that is known of one photo, as one value with a versioned JSON form.
 
-The JSON form holds what was observed and fitted; distances follow from it and are measured anew on reading.
+The JSON form holds what was observed and fitted; distances follow from it and are computed again on reading.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Provenance:
-    """What made a scene, besides its settings.
+    """What made a scene, apart from its settings.
 
     version: of the package. pose: the back end. models: sha256 of its files by name. camera_table: name and hash of
     the camera table, "" where there was none.

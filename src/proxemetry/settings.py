@@ -27,7 +27,7 @@ class Settings:
     method: one of `locate.METHODS`. locate: what is stated about the people. focal: what is stated about the camera.
     undistort: whether a known lens distortion is corrected in the keypoints. mount: where the camera is, for all photos
     of the run; a row of the camera table takes precedence over it. lines: whether the picture's straight lines
-    are looked at, which show gravity where no mount does, and often a focal length that nothing states. drone: whether
+    are used, which show gravity where no mount does, and often a focal length that nothing states. drone: whether
     the height and the gimbal's angles that a drone writes into its photos are used where there is no mount.
     other_photos: whether, in a run of many, photos of the same camera model reveal the sensor that a photo's own file
     leaves open. same_camera: whether the photos of a run that state no focal length are, size by size, of one camera

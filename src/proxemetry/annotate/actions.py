@@ -16,7 +16,7 @@ from .places import Spot, Tape
 from .places.measurements import SPOT_SD_M, TAPE_SD_M
 from .state import Annotations, Person, PhotoNotes, Shoot
 
-#: People and cameras are numbered to here, and shoots: more is a slip of the fingers.
+#: People and cameras are numbered to here, and shoots: more is a typing error.
 MOST_NUMBER = 999
 MOST_PEOPLE = 400
 _LONGEST_NAME = 100

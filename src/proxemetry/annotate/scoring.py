@@ -45,7 +45,8 @@ def score_own_run(
 ) -> Scores:
     """Measure the annotated photos as `proxemetry measure` does, and score each method under each protocol.
 
-    Results are kept in the folder's `run`, and a run that was stopped goes on. Lenses that the annotator stated hold.
+    Results are kept in the folder's `run`, and a run that was stopped is continued. Lenses that the annotator stated
+    are used.
     Raises LabelsError where the label files cannot be scored yet, and what `predict_photos` raises.
     """
     for method in methods:

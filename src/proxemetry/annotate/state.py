@@ -24,8 +24,8 @@ def in_order(tags: Iterable[str]) -> list[str]:
 class Person:
     """A person on a photo. key: distinguishes the people on a photo. tag: who it is ("P3"), None while unnamed.
 
-    points: part -> whole pixel of the upright full-size photo, the parts that are annotated alone. by: who set the
-    points first, a back end's name or "" for a person. read: what a file of another tool gives of them besides, as JSON
+    points: part -> whole pixel of the upright full-size photo, only the parts that are annotated. by: who set the
+    points first, a back end's name or "" for a person. read: what else a file of another tool says of them, as JSON
     values: joints, box, score, attributes.
     """
 

@@ -109,7 +109,7 @@ class Labels:
 
 
 def read_labels(folder: str | Path, errata: bool = True) -> Labels:
-    """Read a labels folder; with `errata` the known mistakes of the published KORTE labels are put right.
+    """Read a labels folder; with `errata` the known mistakes of the published KORTE labels are corrected.
 
     Raises LabelsError naming file and line where the files cannot be used; `check_labels` lists every fault at once.
     """
@@ -186,7 +186,7 @@ def _image(
 
 
 def _applicable(errata: tuple[Erratum, ...], marks: dict[str, list[Mark]]) -> tuple[Erratum, ...]:
-    """Return the errata whose wrong rows are there: labels already put right, or of other photos, have none."""
+    """Return the errata whose wrong rows are there: labels already corrected, or of other photos, have none."""
     return tuple(e for e in errata if any(e.concerns(m.tag, m.part, m.x, m.y) for m in marks.get(e.filename, ())))
 
 

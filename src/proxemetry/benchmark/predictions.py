@@ -107,7 +107,7 @@ class Predictions:
 
     @property
     def states_distances(self) -> bool:
-        """Whether any answer states distances besides positions."""
+        """Whether any answer states distances as well as positions."""
         return any(image.distances_mm is not None and image.has_positions for image in self)
 
     def by_distances(self) -> Predictions:
@@ -136,7 +136,7 @@ def _keys(filename: str) -> tuple[str, ...]:
 
 
 def by_stated_distances(answers: Mapping[str, Predictions]) -> dict[str, Predictions]:
-    """Return methods that state distances by those, as the published protocol allows, with positions besides."""
+    """Return methods that state distances by those, as the published protocol allows, and by positions too."""
     both: dict[str, Predictions] = {}
     for method, given in answers.items():
         both[method] = given.by_distances() if given.states_distances else given

@@ -29,7 +29,8 @@ _UNITS = {("Shoulder", "Torso"): 1.0, ("Head", "Shoulder"): 0.48, ("Eyes", "Shou
           ("Head", "Torso"): 1.47, ("Eyes", "Torso"): 1.53}  # fmt: skip
 #: A photo in which no person shows two parts far apart is a close-up: the unit is this share of its height.
 _CLOSE_UP_SHARE = 1 / 8
-#: Weight of the mean over all common parts, besides the nearest: decides where two people share an annotated point.
+#: Weight of the mean over all common parts, in addition to the nearest: decides where two people share an annotated
+#: point.
 _TIE_BREAK = 1e-3
 
 

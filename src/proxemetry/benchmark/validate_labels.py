@@ -1,4 +1,4 @@
-"""Every fault of a labels folder at once, with file, line and what was expected: for who adds photos to it."""
+"""Every fault of a labels folder at once, with file, line and what was expected: for users who add photos to it."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""Who is who in frames that follow each other closely: boxes that go on overlapping, in the picture alone.
+"""Who is who in frames that follow each other closely: boxes that keep overlapping, in the picture alone.
 
-A person who is hidden for longer than `MEMORY_S` counts as another one. No appearance is looked at.
+A person who is hidden for longer than `MEMORY_S` counts as a new one. Appearance is not used.
 """
 
 from __future__ import annotations

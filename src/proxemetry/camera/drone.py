@@ -23,7 +23,7 @@ def flight_mount(flight: Flight | None) -> Mount | None:
     """Return the camera's place from a file's flight data, None where they have none that is possible.
 
     Pitch, roll and height may each be missing. The height is the one above the start: where people stand higher or
-    lower, they contradict it, and are heard.
+    lower, they contradict it, and prevail.
     """
     if flight is None:
         return None

@@ -1,4 +1,4 @@
-"""The fields of a mount's JSON form, each read strictly: a number that is none is an error, not a zero."""
+"""The fields of a mount's JSON form, each read strictly: what is not a number is an error, not a zero."""
 
 from __future__ import annotations
 

@@ -62,7 +62,7 @@ class FocalSource(StrEnum):
 
     @property
     def is_evidence(self) -> bool:
-        """Whether it is evidence on this very camera: a user's rough guess is, the spread of published photos is not."""
+        """Whether it is evidence on this very camera: a user's rough guess is, the spread of all photos is not."""
         return self is not FocalSource.ASSUMED_PRIOR
 
     @property

@@ -1,4 +1,4 @@
-"""`proxemetry export`: the tables anew, for SPSS, as COCO keypoints, and the codebook."""
+"""`proxemetry export`: the tables again, for SPSS, as COCO keypoints, and the codebook."""
 
 from __future__ import annotations
 

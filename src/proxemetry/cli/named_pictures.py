@@ -11,7 +11,7 @@ from ..errors import PhotoError
 from ..photo import EXTENSIONS, Photo
 
 CLIPS = (".avi", ".mp4", ".mov", ".m4v", ".mkv", ".webm", ".mts", ".mpg", ".mpeg")
-#: Frames a second of a clip that are looked at, and how many at most.
+#: Frames per second of a clip that are used, and how many at most.
 FPS, MOST_FRAMES = 5.0, 600
 
 

@@ -1,4 +1,4 @@
-"""The options of commands that measure: who finds the people, whose bodies are expected, and how it is run."""
+"""The options of commands that measure: the back end, the bodies to expect, and how the run works."""
 
 from __future__ import annotations
 

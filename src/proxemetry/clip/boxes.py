@@ -47,7 +47,7 @@ class Boxes:
 
     @classmethod
     def read(cls, path: str | Path) -> Boxes:
-        """Read `frame, id, left, top, width, height, score, ...`; raises KeypointsError where a line is none."""
+        """Read `frame, id, left, top, width, height, score, ...`; raises KeypointsError for any other line."""
         path = Path(path)
         try:
             content = read_bytes(path)

@@ -47,7 +47,7 @@ def told_by_people(
 ) -> ClipCamera:
     """Return the camera that people determine, given blocks of frames in a row with their times.
 
-    stated: what is known of the camera besides; it is weighed against the people.
+    stated: what else is known of the camera; it is weighed against the people.
     """
     gathered, estimate, met, recurring = Gathered(), CameraEstimate(None), 0, False
     for scenes, times in blocks:

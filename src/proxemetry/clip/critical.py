@@ -92,7 +92,7 @@ def _prediction_low(density: FloatArray, too_near: FloatArray, intercept: float,
 def _block_interval(
     density: FloatArray, too_near: FloatArray, number: NDArray[np.intp], count: int, seed: int
 ) -> tuple[float, float]:
-    """Return the central 90 % of the intercept over clips put together from this one's blocks, drawn anew."""
+    """Return the central 90 % of the intercept over clips put together from resampled blocks of this one."""
     sums = np.stack([
         np.bincount(number, weights=v, minlength=count)
         for v in (np.ones(len(density)), too_near, density, too_near**2, too_near * density)

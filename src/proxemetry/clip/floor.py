@@ -85,9 +85,9 @@ def _floor_axes(ground: FloatArray, mount: Mount | None) -> FloatArray:
 def uneven_m(own_m: FloatArray, height_m: float, slope_sd: float = 0.0) -> FloatArray:
     """Return by how much an uneven floor puts people at places (n, 2) wrong, one standard deviation, shape (n, 2).
 
-    own_m: metres to the right and ahead of the camera's foot. slope_sd: how far the floor is from level besides, metres
-    a metre: of a mount that was found on this floor that is in its pitch and roll. The error lies along the line of
-    sight: a floor that is higher by e looks nearer by e times distance over height. Feet and size together show the
+    own_m: metres to the right and ahead of the camera's foot. slope_sd: how far the floor is from level beyond that,
+    metres a metre: of a mount that was found on this floor that is in its pitch and roll. The error lies along the line
+    of sight: a floor that is higher by e looks nearer by e times distance over height. Feet and size together show the
     distance, each by its certainty, so that the floor's part of the error is the feet's weight times the feet's error.
     """
     away = np.linalg.norm(own_m, axis=1)

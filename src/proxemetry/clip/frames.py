@@ -33,7 +33,7 @@ _EARLY_S = 0.004
 
 @dataclass(frozen=True, eq=False)
 class Frame:
-    """One frame that is looked at. number: its place among those, from 0. t_s: when, from the clip's beginning.
+    """One frame that is measured. number: its place among those, from 0. t_s: when, from the clip's beginning.
 
     photo: its pixels under its name in the results; its hash is that of the clip and the moment. source: its place
     among all frames of the clip, from 0.
@@ -65,7 +65,7 @@ class Clip(Protocol):
 
     @property
     def fps(self) -> float:
-        """How many frames a second are looked at, at most."""
+        """How many frames per second are measured, at most."""
         ...
 
     def frames(self) -> Iterator[Frame]:

@@ -1,4 +1,4 @@
-"""One clip into one folder: measured, analysed, written; the same call again goes on where it was stopped."""
+"""One clip into one folder: measured, analysed, written; the same call again continues where it was stopped."""
 
 from __future__ import annotations
 
@@ -139,7 +139,7 @@ def read_run(folder: Folder) -> dict[str, Any]:
 
 
 def forget(folder: Folder) -> None:
-    """Remove what an earlier run measured; the tables are written anew."""
+    """Remove what an earlier run measured; the tables are rewritten."""
     for name in folder.names(parts.FOLDER, ".parquet"):
         folder.remove(f"{parts.FOLDER}/{name}")
     for name in (RUN_FILE, FRAMES_FILE, MOUNT_FILE, SUMMARY):

@@ -171,7 +171,7 @@ class ShotFinder:
 
 
 def _is_short(shot: Shot) -> bool:
-    """Return whether a shot ended at once: the camera goes on moving, or its pictures cannot be compared (noise)."""
+    """Return whether a shot ended at once: the camera keeps moving, or its pictures cannot be compared (noise)."""
     return shot.began is not Change.START and shot.last - shot.first < 2
 
 

@@ -41,7 +41,7 @@ FLOORS = ("shared", "none")
 class LocateSettings:
     """What the user states about the people, for all methods.
 
-    body_size: the population of `anthropometry`; "adults" is half women, half men, "mixed" has children besides,
+    body_size: the population of `anthropometry`; "adults" is half women, half men, "mixed" also has children,
         with the share `child_weight`.
     body_sizes: the same for single people by row, None for the run's.
     statures: of single people by row, metres and their standard deviation, None where unknown: measured, or found from

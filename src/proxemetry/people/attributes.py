@@ -1,4 +1,4 @@
-"""What a recording states of a person besides where they are: attributes by key, as text.
+"""What a recording states about a person beyond their joints: attributes by key, as text.
 
 Nothing here looks at a picture: an attribute is carried, shown and counted by, and never judged.
 """

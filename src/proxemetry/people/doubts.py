@@ -82,7 +82,7 @@ def _in_picture(people: People) -> NDArray[np.bool_]:
 
 
 def _no_upper_body(people: People) -> NDArray[np.bool_]:
-    """Return who shows legs alone although the photo goes on above them, shape (P,).
+    """Return which people show only legs although the photo continues above them, shape (P,).
 
     Where a skeleton has no such joints, or none of its legs is seen, nothing is missing.
     """

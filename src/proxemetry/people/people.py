@@ -211,7 +211,7 @@ class People:
         return replace(self, keypoints_px=self.keypoints_px * factors, boxes_px=self.boxes_px * np.tile(factors, 2))
 
     def mirrored(self, width: float) -> People:
-        """Return the same people in a photo of `width` pixels flipped left to right, sides named anew."""
+        """Return the same people in a photo of `width` pixels flipped left to right, with left and right exchanged."""
         order = list(self.skeleton.mirror)
         keypoints = self.keypoints_px[:, order] * (-1, 1) + (width, 0)
         boxes = self.boxes_px[:, [2, 1, 0, 3]] * (-1, 1, -1, 1) + (width, 0, width, 0)

@@ -1,4 +1,4 @@
-"""What a photo's metadata state of the picture itself, as it travels into the results."""
+"""What a photo's metadata state of the picture itself, as it is copied into the results."""
 
 from __future__ import annotations
 

@@ -55,7 +55,7 @@ class Crop:
 class Flight:
     """What a drone wrote down of its camera; None where it did not.
 
-    height_m: above the place of the start. gimbal_pitch_deg: negative looks down. gimbal_roll_deg: as the drone has it.
+    height_m: above the take-off point. gimbal_pitch_deg: negative looks down. gimbal_roll_deg: as the drone has it.
     """
 
     height_m: float | None = None
@@ -113,7 +113,7 @@ class Metadata:
         return replace(self, **{name: getattr(other, name) for name in names})
 
     def about(self) -> About:
-        """Return what the metadata state of the picture itself, which travels into the results."""
+        """Return what the metadata state of the picture itself, which is copied into the results."""
         latitude, longitude = (None, None) if self.gps is None else (round(degrees, 6) for degrees in self.gps)
         return About(
             self.date, self.country, self.city, self.source, self.creator, self.caption, self.people, latitude,

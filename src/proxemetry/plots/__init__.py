@@ -54,7 +54,7 @@ def circles(scene: Scene, photo: Photo | None, *, within_m: float = 2.0, faces: 
     Circles have the limit, metres, as their diameter: they touch where two people are nearer, and lines say how
     probable that is. photo, faces: as `overlay` takes them. Where no floor was found they lie at the height of the
     bodies. Raises PhotoError where the photo cannot be decoded, SettingsError for an unknown value of `faces` or a
-    limit that is none.
+    impossible limit.
     """
     _check(faces, within_m)
     _require_matplotlib()

@@ -50,7 +50,7 @@ def draw_photo(
 
 
 def _draw_horizon(axes: Axes, scene: Scene) -> None:
-    """Draw the horizon where the camera's pitch and roll are known besides the people: stated, or by straight lines."""
+    """Draw the horizon where pitch and roll are known independently of the people: stated, or by straight lines."""
     camera, mount = scene.camera.camera, scene.camera.mount
     if camera is None or mount is None or not np.isfinite([mount.pitch_rad, mount.roll_rad]).all():
         return

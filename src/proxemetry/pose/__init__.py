@@ -29,7 +29,7 @@ __all__ = [
 def backend_named(name: str, options: PoseOptions | None = None) -> PoseBackend:
     """Return the back end of that name, ready to detect.
 
-    `auto` are the eyes that were chosen on this machine (`default_eyes`); where none were, they are chosen now.
+    `auto` is the back end that was chosen on this machine (`default_eyes`); where none was, it is chosen now.
     Raises SettingsError for a name that is not in `BACKENDS` or an option that it does not take, ModelError where a
     network is absent or damaged, KeypointsError where recorded keypoints are malformed.
     """

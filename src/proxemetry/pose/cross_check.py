@@ -46,7 +46,7 @@ class CrossChecked:
 
 
 class CrossCheckedRecording(CrossChecked):
-    """The same where one of the two replays a recording: what that knows of a photo besides its people is passed on."""
+    """The same where one of the two replays a recording: what else that knows of a photo is passed on."""
 
     @property
     def photos(self) -> tuple[str, ...]:

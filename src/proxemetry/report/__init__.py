@@ -40,7 +40,7 @@ def write_report(
 ) -> Path:
     """Write the report of a results folder and return its path, `report.html` in the folder where `out` is None.
 
-    The folder's tables are written anew first, so that corrections are in. faces: "blur" pixelates the heads of who
+    The folder's tables are rewritten first, so that corrections are in. faces: "blur" pixelates the heads of people who
     was found. group_by: year, month, folder or a column of the photos table. photos: how many figures; listed: how
     many of the nearest and least certain pairs. where: only people with these attributes count, and pairs of two such
     people. Raises OutputError where there are no results or the page cannot be

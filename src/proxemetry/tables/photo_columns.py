@@ -125,7 +125,7 @@ PHOTOS = (
 
 
 def safe_distance_columns(limit_m: float | None) -> tuple[Column, ...]:
-    """Return the columns that the photos table has besides: the safe distance of the run and the pairs below it."""
+    """Return the further columns of the photos table: the safe distance of the run and the pairs below it."""
     return (
         Column("safe_distance_m", "DOUBLE", "m", "the distance asked for with --safe-distance", lambda s: limit_m),
         Column(

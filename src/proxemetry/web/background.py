@@ -30,7 +30,7 @@ class BackgroundWork:
     _started: float = 0.0
 
     def start(self, work: Work, **about: Any) -> None:
-        """Begin; about: what `state` shows besides. SettingsError while one runs."""
+        """Begin; about: what else `state` shows. SettingsError while one runs."""
         with self._lock:
             if self._thread is not None and self._thread.is_alive():
                 raise SettingsError("this is already running: wait for it, or stop it")

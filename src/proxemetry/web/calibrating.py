@@ -68,7 +68,7 @@ def _rows(value: object, name: str, width: int) -> list[list[float]]:
 def lens(scene: Scene, stated: Mapping[str, Any] | None) -> tuple[Camera, bool]:
     """Return the lens of a scene's photo, as stated or as it was measured with, and whether its focal length is known.
 
-    Raises SettingsError for a statement that is none.
+    Raises SettingsError for an invalid statement.
     """
     if stated is not None:
         return lens_of(Photo(scene.photo, scene.width_px, scene.height_px, scene.sha256), camera_request(stated))

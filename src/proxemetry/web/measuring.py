@@ -79,7 +79,7 @@ class Measuring:
         self._work.start(measured, folder=folder, out=job.results)
 
     def stop(self) -> None:
-        """Ask the run to stop; what is finished stays, and the same folder goes on from there."""
+        """Ask the run to stop; what is finished stays, and the same folder continues from there."""
         self._work.stop()
 
     def state(self) -> dict[str, Any]:

@@ -141,7 +141,7 @@ class Review:
             }
 
     def page(self, query: Query, page: int) -> dict[str, Any]:
-        """Return one page of the gallery; page 0 looks anew at what belongs to it."""
+        """Return one page of the gallery; page 0 looks again at what belongs to it."""
         with self._lock:
             order = self._order(query, fresh=page == 0)
             shown = order[page * PAGE_SIZE : (page + 1) * PAGE_SIZE]
@@ -246,7 +246,7 @@ class Review:
     def save_camera(self, number: int, clicked: Clicked, name: str) -> dict[str, str]:
         """Write the camera found from points and lengths into the results folder; return where, and what to do next.
 
-        Raises SettingsError for a name that is none, and where there is no folder; CameraError without a camera.
+        Raises SettingsError for an impossible name, and where there is no folder; CameraError without a camera.
         """
         if not _CAMERA_NAME.fullmatch(name):
             raise SettingsError(f"{name!r:.60} is no name for a camera: letters, digits, dots, hyphens and underscores")

@@ -101,7 +101,7 @@ class FolderStore:
         return Photo.open(location, photo)
 
     def export(self) -> list[str]:
-        """Write the tables anew, corrections applied, and the log as `corrections.csv`."""
+        """Rewrite the tables, corrections applied, and the log as `corrections.csv`."""
         run = self.results.run
         self.results.write_tables(run.get("safe_distance_m"))
         self.results.folder.write("corrections.csv", log_csv(self.log.actions()))

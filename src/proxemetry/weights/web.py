@@ -35,7 +35,7 @@ def from_web(source: str, model: Model, log: Log, progress: Progress | None) -> 
 
 
 def _download_persistently(address: str, part: Path, progress: Progress | None) -> None:
-    """Download, and go on where a connection was cut as long as that brings more."""
+    """Download, and continue where a connection was cut as long as that brings more."""
     while True:
         before = part.stat().st_size if part.is_file() else 0
         try:

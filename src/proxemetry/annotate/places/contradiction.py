@@ -99,7 +99,7 @@ def _checked(network: Network, positions_m: FloatArray) -> list[Measurement]:
 def _left_out(network: Network, measurement: Measurement, positions_m: FloatArray) -> tuple[Network, FloatArray, float]:
     """Return the network without a measurement, its layout and sum of squares.
 
-    A gross error bends the layout with it: the search begins anew, and from where it is.
+    A gross error bends the layout with it: the search begins again, and also from where it is.
     """
     smaller = network.without(measurement)
     tried = [smaller.settled(at) for at in (positions_m, smaller.start())]

@@ -60,7 +60,7 @@ class Places:
 def solve(tags: Sequence[str], tapes: Sequence[Tape], spots: Sequence[Spot]) -> Places:
     """Return the places of marks from taped distances and coordinates, by least squares.
 
-    tags: the marks asked about; those that measurements name are taken besides. Raises SettingsError where a mark has
+    tags: the marks asked about; those that measurements name are included too. Raises SettingsError where a mark has
     two coordinates, a pair two tapes, or there are more marks than `MOST_TAGS`.
     """
     named = [*tags, *(end for tape in tapes for end in (tape.a, tape.b)), *(spot.tag for spot in spots)]

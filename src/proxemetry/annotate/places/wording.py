@@ -8,7 +8,7 @@ from .contradiction import Contradiction
 from .measurements import Tape
 from .solution import Places
 
-#: Misfits this many times larger than stated are worth a word.
+#: Misfits this many times larger than stated are worth reporting.
 _LOOSE = 1.5
 #: So many suspects are named; where more are, the table shows them.
 _MOST_NAMED = 3

@@ -209,7 +209,7 @@ def _annotations(results: Results) -> Iterator[dict[str, Any]]:
 
 
 def _carried(scene: Scene, person: int) -> dict[str, Any]:
-    """Return what the recording said of a person besides, as recordings spell it."""
+    """Return what else the recording said about a person, as recordings spell it."""
     found: dict[str, Any] = {}
     people = scene.people
     if math.isfinite(people.depth_m[person]):

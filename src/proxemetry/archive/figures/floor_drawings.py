@@ -24,7 +24,7 @@ def draw(
     """Draw figures of these kinds for photos of these names or patterns, all without any; return how many.
 
     They are written to `out`, the folder `figures` of the results where None; `on_written` is called with each. Raises
-    SettingsError for a limit that is none and results behind a URL, OutputError where one cannot be written.
+    SettingsError for an impossible limit and results behind a URL, OutputError where one cannot be written.
     """
     from ... import plots
 

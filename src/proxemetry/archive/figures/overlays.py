@@ -34,7 +34,7 @@ def draw(
 ) -> None:
     """Draw the overlays that are missing or whose scene was touched; on_drawn: called with how many more are done.
 
-    Those that show heads otherwise than `faces` asks for are drawn anew, all of them: one face left open is one too
+    If they show heads otherwise than `faces` asks for, all of them are redrawn: one face left visible is one too
     many.
     """
     root = Path(results.folder.location)

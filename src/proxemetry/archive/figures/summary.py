@@ -39,7 +39,7 @@ class Group:
     bases: what the focal lengths of its measured photos rest on, how many of each. nearest_m: the median over people of
     the distance to the nearest other person. zones: the shares of all pairs in each of `ZONES`, every pair counted by
     its probabilities, which takes account of how uncertain single distances are. pairs_m: the median distance of all
-    pairs, which in photos of crowds is mostly the size of the crowd.
+    pairs, which in photos of crowds mostly reflects the size of the crowd.
     """
 
     key: tuple[str | None, ...]

@@ -53,7 +53,7 @@ class _Draft:
 
 
 def apply(scene: Scene, actions: Sequence[Action]) -> Scene:
-    """Return a measured scene with the actions in force applied in their order, placed anew where they ask for it.
+    """Return a measured scene with the actions in force applied in their order, placed again where they ask for it.
 
     The measured scene is left as it is. What was applied, and who made it, is in the result's `review`.
     """

@@ -87,7 +87,7 @@ class FileScan(BackgroundTask[ChangedFiles]):
             yield found
 
     def begin(self) -> None:
-        """Let it look: what is to be measured anyhow has been begun with."""
+        """Start looking: what has to be measured in any case has been started."""
         self.gate.set()
 
     def result(self) -> ChangedFiles:

@@ -64,9 +64,9 @@ def run(
     safe_distance_m: float | None = None,
     on_progress: Callable[[Progress | Note], None] = lambda _: None,
 ) -> Outcome:
-    """Measure photos into the folder `job.results`, going on where an earlier run with the same settings stopped.
+    """Measure photos into the folder `job.results`, continuing where an earlier run with the same settings stopped.
 
-    paths: photos, folders, globs, URLs; empty for recorded keypoints without photos, or to go on with the photos
+    paths: photos, folders, globs, URLs; empty for recorded keypoints without photos, or to continue with the photos
     that the folder lists. jobs: worker processes, one a core where None; 0 measures in this process. engine: "local"
     or "ray". shard: (i, n) does only every n-th shard, the i-th from 1. restart: start again. repair: measure
     again what damaged parts hold. on_progress: is called with every step.
@@ -102,7 +102,7 @@ def _measured(
     workers: WorkerPool, job: Job, folder: Folder, named: Search | Sequence[str] | None,
     is_mine: Callable[[int], bool], on_progress: Callable[[Progress | Note], None],
 ) -> Pass:  # fmt: skip
-    """Begin the run or go on with it: measure the shards that are this run's and are not there."""
+    """Begin the run or continue it: measure the shards that are this run's and are not there."""
     update, scan = None, None
     try:
         listed, there = _listed(folder), parts.finished(folder)
@@ -137,7 +137,7 @@ def _told_by_others(schedule: Schedule, listed: Manifest) -> None:
     """Once every photo is measured, measure those again about whose cameras other photos show something.
 
     People are not searched for again. The evidence comes from the first measurement alone, so that a run that was
-    stopped goes on with what is left.
+    stopped continues with what is left.
     """
     folder, settings = schedule.folder, schedule.job.settings
     asked = settings.other_photos or settings.same_camera
@@ -164,7 +164,7 @@ def _told_by_others(schedule: Schedule, listed: Manifest) -> None:
 def _note_unused_rows(
     table: CameraTable, listed: Manifest, on_progress: Callable[[Progress | Note], None]
 ) -> None:  # fmt: skip
-    """Say which rows of a camera table name no photo there is: a slip of the pen leaves a photo to its own file."""
+    """Report the rows of a camera table that match no photo: a typing error would leave a photo to its own file."""
     unused = table.unused(item.photo for shard in range(listed.n_shards) for item in listed.items(shard))
     if unused:
         first = f"line {unused[0].line} ({unused[0].photo})"

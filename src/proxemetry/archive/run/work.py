@@ -36,7 +36,7 @@ class Job:
     """What every worker of a run gets at its start.
 
     results: path or URL of the results folder. with_names, with_gps: whether the names in the photos' metadata (people,
-    creator, caption) and the coordinates of the place travel into the results.
+    creator, caption) and the coordinates of the place are copied into the results.
     """
 
     results: str

@@ -101,7 +101,7 @@ def _columns_of(folder: Folder, names: Sequence[str], duck: Any) -> dict[str, Ty
 
 @cache
 def _warn(location: str, types: Types, expected: Types) -> None:
-    """Warn once of a folder's parts with these columns, and name those that this version has besides."""
+    """Warn once of a folder's parts with these columns, and name those that this version has in addition."""
     before = dict(types)
     missing = [name for name, _ in expected if name not in before]
     within = [name for name, kind in expected if name in before and before[name] != kind]

@@ -1,7 +1,7 @@
 """The frozen list of a run's photos and the shards they are worked in.
 
-A manifest is written once, before anything is measured, and read ever after: who joins or resumes a run works on the
-same shards. Photos that came later are appended as a further manifest file with shards of its own
+A manifest is written once, before anything is measured, and only read afterwards: whoever joins or resumes a run works
+on the same shards. Photos that came later are appended as a further manifest file with shards of its own
 (`archive.run.manifest_update`).
 Of ten million photos only the shards that are asked for are in memory.
 """

@@ -216,8 +216,8 @@ def rows_of_shards(folder: Folder, shards: Iterable[int], duck: Any) -> str:
 def write(folder: Folder, shard: int, records: Iterable[Record], metadata: Mapping[str, str]) -> None:
     """Write a shard's part, whole or not at all; raises OutputError where it cannot be written.
 
-    Where it takes the place of another, the tables that were made of that one go first: who is killed in between, or
-    looks in the meantime, shall not take them for those of this one.
+    Where it takes the place of another, the tables that were made of that one go first: a process that is killed in
+    between, or one that looks in the meantime, must not take them for those of this one.
     """
     if folder.exists(name_of(shard)):
         for table in TABLES:

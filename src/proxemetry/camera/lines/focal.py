@@ -30,7 +30,7 @@ WEAK_PRIOR = (math.log(35 / 43.267), 0.7)
 TRUSTED = 0.95
 #: 90 % intervals of log f wider than this say hardly more than that it is a photo.
 WIDEST = 0.6
-#: A level direction of fewer independent segments than this is none to speak of.
+#: A level direction of fewer independent segments than this does not count.
 _SECOND = 1.5
 #: A few walls may all be out of true, which more segments on them do not reveal: this further uncertainty of log f
 #: (made-up scenes of odd walls, `benchmarks/accuracy/picture_lines.py`) where one level direction is alone, or where

@@ -82,7 +82,7 @@ class Bodytype:
 
 @cache
 def body_types(body_size: str, child_weight: float, seen: SeenLengths = ()) -> tuple[Bodytype, ...]:
-    """Return the grown-ups and the children of a body size as one Gaussian each, the more likely first.
+    """Return the adults and the children of a body size as one Gaussian each, the more likely first.
 
     seen: what the back end makes of their lengths; as they are without it.
     """

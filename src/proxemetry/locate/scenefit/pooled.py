@@ -141,7 +141,7 @@ def _without_repetition(precision: FloatArray) -> FloatArray:
 
 
 def _bodies(rows: HypothesisBatch, owner: NDArray[np.intp], count: int) -> tuple[FloatArray, FloatArray]:
-    """Return each person's prior, mean (T, L) and precision (T, L, L): that of the kind of body, grown-up or child,
+    """Return each person's prior, mean (T, L) and precision (T, L, L): that of the kind of body, adult or child,
     that most of their rows look like."""
     statures = rows.prior_mean[:, LOG_LENGTHS.start]
     mean, precision = np.zeros((count, N_LENGTHS)), np.zeros((count, N_LENGTHS, N_LENGTHS))

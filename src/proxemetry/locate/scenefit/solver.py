@@ -154,7 +154,7 @@ def weighted_equations(
 
 
 def known_of_rows(rows: HypothesisBatch, local: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return what is known of each row's own unknowns besides its keypoints: precision (R, N_LOCAL, N_LOCAL), pull
+    """Return what is known of each row's unknowns apart from its keypoints: precision (R, N_LOCAL, N_LOCAL), pull
     (R, N_LOCAL) and cost (R,), of the prior and of a stated depth."""
     off = rows.prior_mean - local
     pull = (rows.prior_precision @ off[..., None])[..., 0]

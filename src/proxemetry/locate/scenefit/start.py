@@ -24,7 +24,7 @@ _BODY_AXES: FloatArray = body_axes(HEADINGS)
 #: How far from a pitch of the table its bodies still look right.
 _CELL_RAD = np.deg2rad(5.0)
 #: Bodies are mean ones in mean postures here: how much further joints stray from them than from fitted ones, and by how
-#: much at least, in statures. Set by hand, for the start alone: every answer is fitted anew.
+#: much at least, in statures. Set by hand, for the start alone: every answer is fitted again.
 _STRAY_FACTOR, _LEAST_STRAY, _LEG_STRAY = 1.5, 0.025, 0.06
 #: How far a mean body's depth and the floor under it are off, its torso's height as a share of itself, and the degrees
 #: of freedom of both kinds of residual: wider than the fit's own, by hand, for the start alone.

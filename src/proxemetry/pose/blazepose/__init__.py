@@ -1,7 +1,7 @@
 """The embedded pose back end: several people a photo from MediaPipe's BlazePose and face networks, run with LiteRT.
 
 MediaPipe's own pipeline finds one person. Here a person detector looks at the photo and tiles of it (`finder`; where
-it is not at hand the pose and face detectors do, `detectors`), the landmark network looks at each find (`proposals`,
+it is not available the pose and face detectors do, `detectors`), the landmark network looks at each find (`proposals`,
 `search`, `landmarks`), sightings are scored (`score`, with the help of `faces`), the same person is kept once
 (`duplicates`), and pupils come from the face networks (`eyes`).
 """

@@ -1,6 +1,6 @@
 """A TFLite network without the layers that only one of its outputs needs.
 
-The landmark network draws a silhouette besides its joints, which most passes over a square have no use for. Without
+The landmark network also draws a silhouette, which most passes over a square have no use for. Without
 this module a photo takes 21 % more CPU time (nine photos, normal effort), so that it stays although it edits bytes by
 hand. The file itself stays as it is: what is run is a copy in memory whose lists of outputs and of
 operators are shortened, by the schema of TensorFlow Lite (tensorflow/lite/schema/schema.fbs) in the FlatBuffers

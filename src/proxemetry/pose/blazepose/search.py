@@ -36,7 +36,7 @@ class Effort:
 
     tiles: fractions of the photo's longer side of the tiles that the person detector sees besides the whole photo;
     everywhere: whether they cover the photo, or lie only around people suspected in the whole photo. pose_windows,
-    face_windows, pose_minimum, face_minimum: what takes the place of the person detector where it is not at hand:
+    face_windows, pose_minimum, face_minimum: what takes the place of the person detector where it is not available:
     windows as (fraction of the longer side, overlap), and thresholds. looks: the budget. steadying: further looks at
     each person, to average over.
     """

@@ -76,8 +76,8 @@ class Person:
     def stating(self, entry: Mapping[str, Any]) -> Person:
         """Return the person with what an entry of any JSON format may add: depth_m, depth_sd_m, attributes.
 
-        Raises KeypointsError where a depth lacks its standard deviation or is none, and for attributes that no table
-        can hold.
+        Raises KeypointsError where a depth lacks its standard deviation or is impossible, and for attributes that no
+        table can hold.
         """
         depth, sd = entry.get("depth_m"), entry.get("depth_sd_m")
         if (depth is None) != (sd is None):

@@ -1,4 +1,4 @@
-"""Whom a network sees that looks at a photo: the whole of it, and tiles where people may be too small for that."""
+"""The people that a detector finds in the whole photo, and in tiles where people may be too small for that."""
 
 from __future__ import annotations
 
