@@ -67,10 +67,7 @@ def test_a_wrong_point_and_a_taped_line_are_told(results: Results) -> None:
     rows[5, 2] += 2.0
     line = [*PIXELS[0], *PIXELS[3], float(np.linalg.norm(PLACES[0] - PLACES[3]))]
     answer = found(scene, Clicked.parsed({"points": rows.tolist(), "lengths": [line]}))
-    assert (
-        max(answer["points"], key=lambda p: p["off_px"]) is answer["points"][5]
-        and "are off" in answer["notes"][0]
-    )
+    assert max(answer["points"], key=lambda p: p["off_px"]) is answer["points"][5] and "are off" in answer["notes"][0]
     assert answer["lengths"][0]["metres"] == pytest.approx(line[4]) and answer["lengths"][0]["comes_out_m"] is not None
 
 
