@@ -169,7 +169,7 @@ def test_a_level_camera_says_nothing_of_its_focal_length(seed: int) -> None:
 def test_too_few_people_are_told() -> None:
     for people in (People.none(COCO_17), crowd(1500, 20, PLACES[:2])):
         estimate = calibrate(people, WIDTH, HEIGHT)
-        assert estimate.camera is None and "it takes 3" in (estimate.reason or "")
+        assert estimate.camera is None and "3 people are needed" in (estimate.reason or "")
 
 
 def test_people_cut_off_or_bent_do_not_count() -> None:
@@ -233,4 +233,4 @@ def test_people_stand_between_metadata_and_an_assumption() -> None:
     assert source(FocalRequest(assume_fov_deg=60), people[:2]) == "ASSUMED"
     estimate = choose_camera(photo, people[:2], FocalRequest(assume=False), None, None)
     assert estimate.camera is None
-    assert "no focal length in the photo" in (estimate.reason or "") and "it takes 3" in (estimate.reason or "")
+    assert "no focal length in the photo" in (estimate.reason or "") and "3 people are needed" in (estimate.reason or "")
