@@ -24,7 +24,7 @@ def column_of_doubt(end: str = "") -> str:
 
 
 def doubt_text(scene: Scene, person: int) -> str:
-    """Return why a person may be none, as the tables have it."""
+    """Return why a person may not be one, as the tables have it."""
     return doubts_in_text(scene.doubts[person])
 
 
