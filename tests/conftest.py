@@ -6,6 +6,8 @@ on are measured once a module.
 
 import os
 import shutil
+import signal
+import threading
 from pathlib import Path
 
 import pytest
@@ -16,6 +18,11 @@ from proxemetry.text_tables import WIDTH
 settings.register_profile("laws", deadline=None, print_blob=True)
 settings.register_profile("ci", parent=settings.get_profile("laws"), derandomize=True)
 settings.load_profile("ci" if os.environ.get("CI") else "laws")
+
+# A shell's script that starts the tests in the background has them ignore Ctrl-C, and so would every command that they
+# start and send it to.
+if signal.getsignal(signal.SIGINT) == signal.SIG_IGN and threading.current_thread() is threading.main_thread():
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @pytest.fixture(autouse=True)

@@ -12,6 +12,9 @@ from pathlib import Path
 import pytest
 
 from proxemetry.archive.run.interrupts import WorkerProcesses, held_interrupts
+from proxemetry.archive.store.duck import attached
+from proxemetry.archive.store.folder import Folder
+from proxemetry.archive.store.signals import answered_afterwards, interruptible
 
 pytestmark = pytest.mark.skipif(not hasattr(signal, "pthread_sigmask"), reason="no signal masks on this system")
 
@@ -37,6 +40,67 @@ def test_ctrl_c_while_held_is_answered_afterwards() -> None:
         reached = True
     assert reached
     assert signal.SIGINT not in signal.pthread_sigmask(signal.SIG_BLOCK, [])
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_what_comes_while_a_library_loads_is_answered_afterwards(number: signal.Signals) -> None:
+    before, reached = signal.signal(number, signal.default_int_handler), False
+    try:
+        with pytest.raises(KeyboardInterrupt), answered_afterwards():
+            signal.raise_signal(number)
+            reached = True
+        assert reached
+        assert signal.getsignal(number) is signal.default_int_handler
+        signal.signal(number, signal.SIG_IGN)  # as in a shell's background
+        with answered_afterwards():
+            signal.raise_signal(number)
+        assert signal.getsignal(number) == signal.SIG_IGN
+    finally:
+        signal.signal(number, before)
+
+
+def test_a_library_that_does_not_load_is_told_and_signals_are_answered_again() -> None:
+    with pytest.raises(ImportError), answered_afterwards():
+        raise ImportError("made up")
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    told: list[BaseException] = []
+
+    def load() -> None:
+        try:
+            with answered_afterwards():
+                pass
+        except BaseException as error:  # a signal's handler is the main thread's to set
+            told.append(error)
+
+    other = threading.Thread(target=load)
+    other.start()
+    other.join()
+    assert not told
+
+
+def test_ctrl_c_that_another_thread_takes_is_held_too() -> None:
+    reached, now = False, threading.Event()
+    other = threading.Thread(target=lambda: now.wait(10) and signal.pthread_kill(threading.get_ident(), signal.SIGINT))
+    other.start()
+    with pytest.raises(KeyboardInterrupt), held_interrupts():
+        now.set()
+        other.join()
+        time.sleep(0.01)
+        reached = True
+    assert reached
+
+
+def test_a_query_that_ctrl_c_ends_is_ended_by_ctrl_c(tmp_path: Path) -> None:
+    threading.Timer(0.3, os.kill, (os.getpid(), signal.SIGINT)).start()
+    query = "SELECT count(*) FROM range(3000000000) numbers(n) WHERE n * 7 % 13 = 4"
+    with pytest.raises(KeyboardInterrupt):
+        attached(Folder(tmp_path)).execute(query).fetchone()
+
+
+def test_an_error_of_another_kind_is_not_taken_for_ctrl_c() -> None:
+    with pytest.raises(RuntimeError, match="made up"), interruptible():
+        raise RuntimeError("made up")
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")

@@ -72,7 +72,11 @@ def test_dropped_photos_go_with_the_program(end: signal.Signals, tmp_path: Path)
     environment = {**os.environ, "TMPDIR": str(tmp_path / "tmp"), "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
     (tmp_path / "tmp").mkdir()
     with subprocess.Popen(
-        [sys.executable, "-c", program], env=environment, stdout=subprocess.PIPE, text=True
+        [sys.executable, "-c", program],
+        env=environment,
+        stdout=subprocess.PIPE,
+        text=True,
+        preexec_fn=lambda: signal.signal(end, signal.SIG_DFL),  # nohup and the background have it ignored
     ) as server:
         assert server.stdout is not None
         address = re.search(r"http://\S+", server.stdout.readline())

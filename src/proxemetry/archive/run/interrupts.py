@@ -10,26 +10,28 @@ from contextlib import contextmanager
 from multiprocessing import resource_tracker
 from typing import Any
 
+from ..store.signals import answered_afterwards
 from .caller_script import script_left_out
 
 
 @contextmanager
 def held_interrupts() -> Generator[None]:
-    """Hold Ctrl-C back from this thread; it is answered afterwards. Processes started meanwhile never hear it.
+    """Hold Ctrl-C back; it is answered afterwards. Processes started meanwhile never hear it.
 
     A new process inherits what is held back, and so has no moment, while it imports, in which Ctrl-C makes a traceback.
-    Where a system has no such thing (Windows), nothing is held back.
+    Where a system has no such thing (Windows), they may.
     """
-    if not hasattr(signal, "pthread_sigmask"):
-        yield
-        return
-    # Its start lets Ctrl-C through again, and would do so in the midst of the first worker's start.
-    resource_tracker.ensure_running()
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+    with answered_afterwards():
+        if not hasattr(signal, "pthread_sigmask"):
+            yield
+            return
+        # Its start lets Ctrl-C through again, and would do so in the midst of the first worker's start.
+        resource_tracker.ensure_running()
+        before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+        try:
+            yield
+        finally:
+            signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 class WorkerProcesses(ProcessPoolExecutor):

@@ -19,6 +19,7 @@ from ...errors import OutputError
 from ...tables import TABLES
 from .folder import RUN_FILE, Folder
 from .identity import MODELS, SETTINGS, SETTINGS_SHA256, VERSION
+from .signals import interruptible
 
 #: Key of a part's metadata, and its value until the file is complete.
 DIGEST, BLANK = "proxemetry_sha256", "0" * 64
@@ -125,7 +126,8 @@ def explained(folder: Folder) -> Generator[None]:
     import duckdb
 
     try:
-        yield
+        with interruptible():
+            yield
     except duckdb.Error as error:
         refusal = _refusal(folder, error)
         if refusal is None:
@@ -216,7 +218,8 @@ def _apart(folder: Folder) -> Generator[Any]:
     with duckdb.connect(config={"threads": 1, "autoload_known_extensions": False}) as duck:
         if folder.filesystem is not None:
             duck.register_filesystem(folder.filesystem)
-        yield duck
+        with interruptible():
+            yield duck
 
 
 def _read_to_end(duck: Any, query: str, parameters: Mapping[str, str]) -> None:

@@ -9,12 +9,14 @@ from typing import Any
 from .damage import Guarded
 from .folder import Folder
 from .scratch import scratch_name
+from .signals import answered_afterwards
 
 
 @cache
 def connection(threads: int | None = 1) -> Any:
     """Return this process's DuckDB: with one thread, since whatever runs in parallel runs as processes, or with all."""
-    import duckdb
+    with answered_afterwards():
+        import duckdb
 
     # It loads and fetches nothing by itself, and what does not fit into memory does not go into the working folder.
     config: dict[str, Any] = {

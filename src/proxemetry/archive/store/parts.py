@@ -21,6 +21,7 @@ from .duck import attached, connection, quoted
 from .earlier import AS_EVER, rows_of
 from .file_state import FileState
 from .folder import Folder
+from .signals import interruptible
 
 FOLDER = "scenes"
 _NAMED = re.compile(r"part-(\d{6,})\.parquet")
@@ -224,7 +225,7 @@ def write(folder: Folder, shard: int, records: Iterable[Record], metadata: Mappi
             folder.remove(f"{table}.parquet")
     text = f"[{','.join(r.json for r in records)}]"
     pairs = ", ".join(f"{key}: {quoted(value)}" for key, value in sorted(metadata.items()))
-    with folder.writing(name_of(shard)) as temporary:
+    with folder.writing(name_of(shard)) as temporary, interruptible():
         connection().execute(
             f"COPY (SELECT unnest(from_json($rows::JSON, $structure), max_depth := 2)) TO {quoted(temporary)} "
             f"({_FORMAT}, KV_METADATA {{{pairs}, {DIGEST}: {quoted(BLANK)}}})",
