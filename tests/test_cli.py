@@ -1,8 +1,11 @@
 """What every command shares: refusals of one line, help, and the check of the installation."""
 
+import re
+import shlex
+
 import pytest
 
-from proxemetry.cli import COMMANDS, main
+from proxemetry.cli import COMMANDS, command_parser, main
 from proxemetry.pose import BACKENDS
 
 
@@ -39,6 +42,32 @@ def test_help_teaches_by_examples(command, capsys):
         main([command, "--help"])
     assert stop.value.code == 0
     assert f"proxemetry {command}" in capsys.readouterr().out.partition("options:")[2]
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_the_examples_of_the_help_are_command_lines(command, capsys):
+    with pytest.raises(SystemExit):
+        main([command, "--help"])
+    examples = re.findall(r"^  proxemetry (.+?)(?:  .*)?$", capsys.readouterr().out, re.MULTILINE)
+    assert examples
+    for example in examples:
+        words = shlex.split(example)
+        assert command_parser(words).parse_args(words).command in COMMANDS
+
+
+def test_photos_may_be_named_after_options():
+    words = ["figures", "results", "--within", "1.5", "frame_00*.jpg", "--kind", "circles", "b.jpg"]
+    args = command_parser(words).parse_args(words)
+    assert (args.results, args.photos, args.within) == ("results", ["frame_00*.jpg", "b.jpg"], 1.5)
+    words = ["measure", "a.jpg", "--out", "o", "b.jpg"]
+    assert command_parser(words).parse_args(words).paths == ["a.jpg", "b.jpg"]
+
+
+@pytest.mark.parametrize("words", [["report", "results", "more"], ["measure", "a.jpg", "--colour", "b.jpg"]])
+def test_what_no_command_takes_is_still_refused(words, capsys):
+    with pytest.raises(SystemExit) as stop:
+        command_parser(words).parse_args(words)
+    assert stop.value.code == 2 and "unrecognized arguments" in capsys.readouterr().err
 
 
 def test_doctor_without_photos_says_what_is_missing(monkeypatch, tmp_path, capsys):

@@ -13,7 +13,7 @@ import io
 import signal
 import sys
 from collections.abc import Sequence
-from typing import NoReturn
+from typing import Any, NoReturn
 
 from ..errors import ProxemetryError, SettingsError
 from ..version import __version__
@@ -52,7 +52,23 @@ _LEAST_MEMORY_BYTES = 1_500_000_000
 
 
 class _Parser(argparse.ArgumentParser):
-    """A parser whose refusals are one line: the usage of a command with thirty options buries what was wrong."""
+    """A parser whose refusals are one line: the usage of a command with thirty options buries what was wrong.
+
+    Photos may be named after options too: argparse by itself takes all positional arguments from their first place.
+    """
+
+    def parse_known_args(  # type: ignore[override]
+        self, args: Sequence[str] | None = None, namespace: Any = None
+    ) -> tuple[argparse.Namespace, list[str]]:
+        """Parse; words left over go to the command's list of names, unless an unknown option is among them."""
+        found, left = super().parse_known_args(args, namespace)
+        if not left or any(word.startswith("-") for word in left):
+            return found, left
+        positional = self._get_positional_actions()  # pyright: ignore[reportPrivateUsage]
+        if not positional or positional[-1].nargs not in ("*", "+"):
+            return found, left
+        setattr(found, positional[-1].dest, [*(getattr(found, positional[-1].dest) or []), *left])
+        return found, []
 
     def error(self, message: str) -> NoReturn:
         """Print what was wrong and where help is, and leave with exit code 2."""
@@ -127,7 +143,8 @@ def end_as_by_ctrl_c() -> None:
         signal.signal(hang_up, lambda *_: signal.raise_signal(signal.SIGTERM))  # as whoever has taken that over since
 
 
-def _run(arguments: list[str]) -> int:
+def command_parser(arguments: Sequence[str]) -> argparse.ArgumentParser:
+    """Return the parser; of the commands only those that the arguments name have their options."""
     parser = _Parser(
         prog="proxemetry",
         description="Measure how far apart people stand in ordinary photographs.",
@@ -149,6 +166,11 @@ def _run(arguments: list[str]) -> int:
             module = importlib.import_module(f"{__name__}.{command}")
             module.configure(subparser)
             subparser.set_defaults(run=module.run)
+    return parser
+
+
+def _run(arguments: list[str]) -> int:
+    parser = command_parser(arguments)
     args = parser.parse_args(arguments)
     if args.print_completion is not None:
         return _print_completion(parser, args.print_completion)
