@@ -46,6 +46,7 @@ class OnnxBackend:
                 specification.path_of(file, self.options.device),
                 device=self.options.device,
                 threads=self.options.threads,
+                eight_bits=file in specification.in_eight_bits,
             )
             for file in specification.files
         }

@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,7 @@ from numpy.typing import NDArray
 
 from ...errors import ModelError, SettingsError
 from ...files import reason_of, sha256_of
+from ...weights.conversion.eight_bits import in_eight_bits
 from .. import DEVICES
 from ..litert import interpreter
 
@@ -28,12 +30,13 @@ class Network:
     """One network with one image input; thread-safe.
 
     path: the .onnx file, or a .tflite file, which LiteRT runs on the processor. device: one of `DEVICES`. threads: how
-    many inputs run side by side, each on one thread; a GPU takes whole batches instead. `provider` is what really
-    runs it, `channels_last` whether an input has shape (B, H, W, 3) instead of (B, 3, H, W). Raises ModelError where
-    the file cannot be loaded or the device was asked for and cannot be had: there is no falling back in silence.
+    many inputs run side by side, each on one thread; a GPU takes whole batches instead. eight_bits: LiteRT computes the
+    larger convolutions in 8 bits; ONNX Runtime and OpenVINO pay no heed. `provider` is what really runs it,
+    `channels_last` whether an input has shape (B, H, W, 3) instead of (B, 3, H, W). Raises ModelError where the file
+    cannot be loaded or the device was asked for and cannot be had: there is no falling back in silence.
     """
 
-    def __init__(self, path: str | Path, *, device: str = "cpu", threads: int = 2) -> None:
+    def __init__(self, path: str | Path, *, device: str = "cpu", threads: int = 2, eight_bits: bool = False) -> None:
         self.path = Path(path)
         if device not in DEVICES:
             raise SettingsError(f"device {device!r} is unknown: use one of {', '.join(DEVICES)}")
@@ -45,7 +48,7 @@ class Network:
             raise ModelError(f"{self.path}: cannot be read ({reason_of(error)})") from error
         self.channels_last = self.path.suffix == ".tflite"
         of_onnx = _load_openvino if device == "openvino" else _load_onnx_runtime
-        loader = _load_litert if self.channels_last else of_onnx
+        loader = partial(_load_litert, eight_bits=eight_bits) if self.channels_last else of_onnx
         self._run, shape, self.provider = loader(self.path, device)
         if len(shape) != 4:
             raise ModelError(f"{self.path.name}: the input has shape {shape}, not (batch, 3, height, width)")
@@ -153,10 +156,11 @@ def _load_openvino(path: Path, device: str) -> tuple[Run, list[Any], str]:
     return run, [s.get_length() if s.is_static else "free" for s in sides], "OpenVINO CPU f32"
 
 
-def _load_litert(path: Path, device: str) -> tuple[Run, list[Any], str]:
+def _load_litert(path: Path, device: str, eight_bits: bool) -> tuple[Run, list[Any], str]:
     if device != "cpu":
         raise ModelError(f"{path.name} runs on the processor alone, not on {device!r}: a GPU needs an ONNX file")
-    content = path.read_bytes()
+    stored = path.read_bytes()
+    content = in_eight_bits(stored) if eight_bits else stored
     of_thread = threading.local()  # an interpreter's buffers are its own
 
     def loaded() -> Any:
@@ -173,7 +177,7 @@ def _load_litert(path: Path, device: str) -> tuple[Run, list[Any], str]:
         network.invoke()
         return [network.get_tensor(index) for index in outputs]
 
-    return run, [int(side) for side in given["shape"]], "LiteRT CPU"
+    return run, [int(side) for side in given["shape"]], "LiteRT CPU, 8 bits" if eight_bits else "LiteRT CPU"
 
 
 def _first_line(error: Exception) -> str:

@@ -34,11 +34,11 @@ COLOURS = ("rgb", "bgr")
 
 @dataclass(frozen=True)
 class Input:
-    """What a network wants to see.
+    """What a network wants to see, and how it computes.
 
     file: an absolute path, a file next to the specification, or a name of the model table. size: (width, height);
     (0, 0) where the file itself fixes it. colours: "rgb" or "bgr". mean, std: per channel in that order, of values
-    0..255.
+    0..255. eight_bits: LiteRT computes its larger convolutions in 8 bits; ONNX Runtime and OpenVINO pay no heed.
     """
 
     file: str
@@ -47,6 +47,7 @@ class Input:
     colours: str = "rgb"
     mean: tuple[float, float, float] = (0.0, 0.0, 0.0)
     std: tuple[float, float, float] = (1.0, 1.0, 1.0)
+    eight_bits: bool = False
 
 
 @dataclass(frozen=True)
@@ -103,6 +104,12 @@ class Specification:
     def files(self) -> tuple[str, ...]:
         """The networks, as the specification calls them."""
         return (self.detector.file, *((self.pose.file,) if self.pose else ()))
+
+    @property
+    def in_eight_bits(self) -> frozenset[str]:
+        """Those of the networks that compute in 8 bits where LiteRT runs them."""
+        parts = (self.detector, *((self.pose,) if self.pose else ()))
+        return frozenset(part.file for part in parts if part.eight_bits)
 
     def path_of(self, file: str, device: str = "cpu") -> Path:
         """Return where a network's file lies, checked where the model table knows it; raises ModelError.

@@ -43,32 +43,48 @@ class Ints:
 
 
 @dataclass(frozen=True)
+class Floats:
+    """A vector of 32-bit floating-point numbers."""
+
+    values: Sequence[float]
+
+
+@dataclass(frozen=True)
+class Longs:
+    """A vector of 64-bit integers."""
+
+    values: Sequence[int]
+
+
+@dataclass(frozen=True)
 class Tables:
     """A vector of tables."""
 
     values: Sequence[Table]
 
 
-Value = Number | Table | Bytes | Ints | Tables
+Value = Number | Table | Bytes | Ints | Floats | Longs | Tables
 
 
 def written(root: Table, identifier: bytes) -> bytes:
     """Return a FlatBuffer with this root table and file identifier of four bytes."""
-    writer = _Writer()
-    writer.content += b"\0\0\0\0" + identifier
+    writer = Writer(b"\0\0\0\0" + identifier)
     writer.point(0, writer.table(root))
     return bytes(writer.content)
 
 
-class _Writer:
-    def __init__(self) -> None:
-        self.content = bytearray()
+class Writer:
+    """What is written so far, `content`, and what appends to it."""
+
+    def __init__(self, content: bytes = b"") -> None:
+        self.content = bytearray(content)
 
     def align(self, size: int, ahead: int = 0) -> None:
         """Add zeros until what follows after `ahead` more bytes lies at a multiple of `size`."""
         self.content += b"\0" * (-(len(self.content) + ahead) % size)
 
     def point(self, at: int, target: int) -> None:
+        """Let the offset at `at` lead to `target`, which lies after it."""
         struct.pack_into("<I", self.content, at, target - at)
 
     def value(self, value: Value) -> int:
@@ -80,12 +96,17 @@ class _Writer:
                 return self.bytes(value)
             case Ints():
                 return self.bytes(Bytes(struct.pack(f"<{len(value.values)}i", *value.values)), len(value.values))
+            case Floats():
+                return self.bytes(Bytes(struct.pack(f"<{len(value.values)}f", *value.values)), len(value.values))
+            case Longs():
+                return self.bytes(Bytes(struct.pack(f"<{len(value.values)}q", *value.values), 8), len(value.values))
             case Tables():
                 return self.tables(value.values)
             case Number():
                 raise TypeError("a number lies in its table")
 
     def table(self, table: Table) -> int:
+        """Append a table and what it points to, and return where it begins."""
         offsets, size = _layout(table)
         self.align(4, ahead=4 + 2 * len(offsets))
         self.content += struct.pack(f"<{2 + len(offsets)}H", 4 + 2 * len(offsets), size, *offsets)
@@ -100,12 +121,14 @@ class _Writer:
         return begin
 
     def bytes(self, value: Bytes, count: int | None = None) -> int:
+        """Append a vector of so many numbers, and return where it begins."""
         self.align(max(value.alignment, 4), ahead=4)
         begin = len(self.content)
         self.content += struct.pack("<I", len(value.content) if count is None else count) + value.content
         return begin
 
     def tables(self, values: Sequence[Table]) -> int:
+        """Append a vector of tables, and return where it begins."""
         self.align(4)
         begin = len(self.content)
         self.content += struct.pack("<I", len(values)) + bytes(4 * len(values))

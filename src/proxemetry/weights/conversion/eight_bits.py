@@ -1,0 +1,158 @@
+"""A TensorFlow Lite network whose convolutions hold their weights in 8 bits and compute in whole numbers.
+
+Each output channel has a scale of its own, by which its largest weight is 127. What comes into such a layer the runtime
+rounds to 8 bits too, by the range that it finds in it; sums, biases and all between layers keep 32 bits. That is what
+TensorFlow Lite calls dynamic range quantization (Jacob et al. 2018); processors multiply small whole numbers faster.
+
+The file is not written anew: the weights take the first quarter of their old place, tensors' new descriptions are
+appended, and the offsets that led to the old ones lead to those. Numbers of
+fields, operators and types are those of tensorflow/lite/schema/schema.fbs.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections import Counter
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...errors import ModelError
+from .flatbuffer import Floats, Ints, Longs, Number, Table, Writer
+
+_CONVOLUTION, _DEQUANTIZE = 3, 6
+_FLOAT32, _FLOAT16, _INT8 = 0, 1, 9
+_STORED = {_FLOAT32: np.dtype("<f4"), _FLOAT16: np.dtype("<f2")}
+#: The largest weight of a channel; -128 is left out, so that both signs are alike.
+_TOP = 127
+#: A convolution with fewer output channels, or fewer weights in each, stays as it is: rounding what comes in costs more
+#: than it saves (`benchmarks/speed/eight_bits.py`).
+LEAST_CHANNELS = 32
+
+
+def in_eight_bits(content: bytes, least_channels: int = LEAST_CHANNELS) -> bytes:
+    """Return the network with its convolutions' weights in 8 bits; those of small and of depthwise ones stay.
+
+    least_channels: fewer output channels, or fewer weights in one, make a convolution small.
+    Weights that are stored in 16 bits and widened by a layer of their own are read too. Weights that something else
+    uses as well stay as they are. Raises ModelError where the file is no TensorFlow Lite network.
+    """
+    try:
+        graph = _Graph(content)
+        for convolution in graph.operators(_CONVOLUTION):
+            graph.narrow(convolution, least_channels)
+    except (struct.error, IndexError, ValueError) as error:
+        raise ModelError(f"the TensorFlow Lite file is damaged or of another kind ({error})") from error
+    return bytes(graph.writer.content)
+
+
+class _Graph:
+    """The first graph of a network: places in the file of its tensors, buffers and operators."""
+
+    def __init__(self, content: bytes) -> None:
+        self.writer = Writer(content)
+        model = self._led_to(0)
+        self._codes = [self._code(table) for table in self._tables(model, 1)]
+        graphs = self._tables(model, 2)
+        self._buffers = self._slots(model, 4)
+        self._tensors, self._operators = self._slots(graphs[0], 0), self._slots(graphs[0], 3)
+        self._users = Counter(index for place in self._operators for index in self._ints(self._led_to(place), 1))
+        self._users.update(self._ints(graphs[0], 2))
+        self._holders = Counter(self._number(tensor, 2, "I") for graph in graphs for tensor in self._tables(graph, 0))
+        #: Which operator widens stored weights into a tensor.
+        self._widened = {self._ints(table, 2)[0]: table for table in self.operators(_DEQUANTIZE)}
+
+    def operators(self, kind: int) -> Iterator[int]:
+        """Yield where the operators of a kind begin."""
+        for place in self._operators:
+            table = self._led_to(place)
+            if self._codes[self._number(table, 0, "I")] == kind:
+                yield table
+
+    def narrow(self, convolution: int, least_channels: int) -> None:
+        """Let a convolution have its weights in 8 bits, where they are constants of its own and it is not small."""
+        _, filter_, *_ = self._ints(convolution, 1)
+        widening = self._widened.get(filter_)
+        stored = filter_ if widening is None else self._ints(widening, 1)[0]
+        tensor = self._led_to(self._tensors[stored])
+        type_, buffer = self._number(tensor, 1, "b"), self._number(tensor, 2, "I")
+        alone = self._users[filter_] == self._users[stored] == self._holders[buffer] == 1
+        raw = self._bytes(self._led_to(self._buffers[buffer]), 0)
+        shape = self._ints(tensor, 0)
+        is_small = min(shape[0], np.prod(shape[1:])) < least_channels
+        if type_ not in _STORED or not alone or not raw or is_small:
+            return
+        narrow, scales = _quantized(np.frombuffer(raw, _STORED[type_]).reshape(shape).astype(np.float32))
+        quantization = Table({2: Floats(scales.tolist()), 3: Longs([0] * len(scales)), 6: Number(0)})
+        fields = {0: Ints(shape), 1: Number(_INT8, "b"), 2: Number(buffer, "I"), 4: quantization}
+        self._shorten(self._led_to(self._buffers[buffer]), narrow.tobytes())
+        self.writer.point(self._tensors[stored], self.writer.table(Table(fields)))
+        if widening is not None:
+            self._drop(widening)
+            struct.pack_into("<i", self.writer.content, self._vector(convolution, 1)[0] + 4, stored)
+
+    def _shorten(self, buffer: int, narrow: bytes) -> None:
+        """Put fewer bytes in the place of a buffer's."""
+        begin, _ = self._vector(buffer, 0)
+        struct.pack_into("<I", self.writer.content, begin - 4, len(narrow))
+        self.writer.content[begin : begin + len(narrow)] = narrow
+
+    def _drop(self, operator: int) -> None:
+        """Take an operator out of the list of those that run."""
+        targets = [self._led_to(place) for place in self._operators if self._led_to(place) != operator]
+        count_at = self._operators[0] - 4
+        struct.pack_into("<I", self.writer.content, count_at, len(targets))
+        self._operators = self._operators[: len(targets)]
+        for place, target in zip(self._operators, targets, strict=True):
+            self.writer.point(place, target)
+
+    def _code(self, table: int) -> int:
+        """Return an operator's number, which files of before 2020 have in a byte."""
+        return max(self._number(table, 3, "i"), self._number(table, 0, "b"))
+
+    def _led_to(self, place: int) -> int:
+        return place + struct.unpack_from("<I", self.writer.content, place)[0]
+
+    def _field(self, table: int, number: int) -> int:
+        """Return where a table's field lies, 0 where it is left out."""
+        layout = table - struct.unpack_from("<i", self.writer.content, table)[0]
+        size = struct.unpack_from("<H", self.writer.content, layout)[0]
+        at = 4 + 2 * number
+        offset = struct.unpack_from("<H", self.writer.content, layout + at)[0] if at < size else 0
+        return table + offset if offset else 0
+
+    def _number(self, table: int, number: int, format_: str) -> int:
+        at = self._field(table, number)
+        return int(struct.unpack_from(f"<{format_}", self.writer.content, at)[0]) if at else 0
+
+    def _vector(self, table: int, number: int) -> tuple[int, int]:
+        """Return where the numbers of a table's vector begin, and how many there are."""
+        at = self._field(table, number)
+        if not at:
+            return 0, 0
+        begin = self._led_to(at)
+        return begin + 4, struct.unpack_from("<I", self.writer.content, begin)[0]
+
+    def _slots(self, table: int, number: int) -> list[int]:
+        begin, count = self._vector(table, number)
+        return [begin + 4 * i for i in range(count)]
+
+    def _tables(self, table: int, number: int) -> list[int]:
+        return [self._led_to(place) for place in self._slots(table, number)]
+
+    def _ints(self, table: int, number: int) -> list[int]:
+        begin, count = self._vector(table, number)
+        return list(struct.unpack_from(f"<{count}i", self.writer.content, begin))
+
+    def _bytes(self, table: int, number: int) -> bytes:
+        begin, count = self._vector(table, number)
+        return bytes(self.writer.content[begin : begin + count])
+
+
+def _quantized(weights: NDArray[np.float32]) -> tuple[NDArray[np.int8], NDArray[np.float32]]:
+    """Return weights (out, height, width, in) as whole numbers, and the scale (out,) of each output channel."""
+    rows = weights.reshape(len(weights), -1)
+    largest = np.maximum(rows.max(axis=1), -rows.min(axis=1))
+    scales = np.where(largest > 0, largest / _TOP, 1.0).astype(np.float32)
+    return np.rint(rows / scales[:, None]).astype(np.int8), scales
