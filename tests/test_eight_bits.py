@@ -44,13 +44,13 @@ def _one_layer(weights: np.ndarray, *, depthwise: bool = False) -> bytes:
 
 
 @settings(max_examples=20, deadline=None)
-@given(st.integers(0, 1000), st.sampled_from([1, 3]), st.integers(32, 70), st.integers(-20, 20))
+@given(st.integers(0, 1000), st.sampled_from([1, 3]), st.integers(32, 70), st.integers(-6, 6))
 def test_answers_differ_by_no_more_than_rounding(seed, kernel, channels, power):
     weights = _random(seed, channels, kernel, kernel, 40) * 10.0**power
     weights *= np.geomspace(0.01, 100, channels, dtype=np.float32)[:, None, None, None]
     image = _random(seed + 1, 1, SIDE, SIDE, 40)
     content = _one_layer(weights)
-    (exact,), (rounded,) = _answers(content, image), _answers(in_eight_bits(content), image)
+    exact, rounded = (_answers(form, image)[0].astype(float) for form in (content, in_eight_bits(content)))
     # half a step of each weight, half a step of each number that comes in, and both
     weight_step = np.abs(weights).reshape(channels, -1).max(axis=1) / 127
     step = (max(image.max(), 0) - min(image.min(), 0)) / 255
@@ -58,7 +58,7 @@ def test_answers_differ_by_no_more_than_rounding(seed, kernel, channels, power):
     of_image = 0.5 * step * (np.abs(weights).reshape(channels, -1).sum(axis=1) + 0.5 * weight_step * weights[0].size)
     assert (np.abs(rounded - exact).max(axis=(0, 1, 2)) <= of_weights + 1.02 * of_image).all()
     # and on the whole by far less
-    assert np.corrcoef(rounded.ravel() / exact.std(), exact.ravel() / exact.std())[0, 1] > 0.999
+    assert (np.std(rounded - exact, axis=(0, 1, 2)) < 0.03 * np.std(exact, axis=(0, 1, 2))).all()
     assert not np.array_equal(rounded, exact)
 
 
