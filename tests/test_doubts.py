@@ -25,7 +25,7 @@ from proxemetry.cli import main
 from proxemetry.errors import KeypointsError, SettingsError
 from proxemetry.people import People
 from proxemetry.people.attributes import PairsWhere
-from proxemetry.people.doubts import LEAST_RIVALS, MOST_UPPER, PersonDoubt, doubts_of, in_words
+from proxemetry.people.doubts import LEAST_RIVALS, MOST_ABOVE_HIPS, MOST_UPPER, PersonDoubt, doubts_of, in_words
 from proxemetry.people.duplicates import POSSIBLY_SAME, moved_aside, possible_duplicates, similarity
 from proxemetry.people.rival import Rival
 from proxemetry.people.skeleton import COCO_17
@@ -53,9 +53,10 @@ def _people(count: int = 1, top: float = 100.0, **stated: object) -> People:
 
 
 def _legs_alone(top: float = 300.0, upper: float = 0.0) -> People:
-    people = _people(top=top)
+    """Legs in a box of their own, which begins at `top`, little above the hips."""
+    people = _people(top=top - 190)
     scores = np.where(np.arange(17) >= 11, 0.8, upper)[None]
-    return People(COCO_17, people.keypoints_px, scores, people.boxes_px)
+    return People(COCO_17, people.keypoints_px, scores, people.boxes_px + (0, 190, 0, 0))
 
 
 def test_nothing_speaks_against_a_person_who_is_seen_whole() -> None:
@@ -68,6 +69,20 @@ def test_legs_without_a_body_above_are_doubtful() -> None:
     # of seven joints above as sure as MOST_UPPER of those below, the limit itself is still doubtful
     assert doubts_of(_legs_alone(upper=0.8 * MOST_UPPER - 0.001)) == ((PersonDoubt.NO_UPPER_BODY,),)
     assert doubts_of(_legs_alone(upper=0.8 * MOST_UPPER + 0.001)) == ((),)
+
+
+@pytest.mark.parametrize(("from_top", "doubtful"), [(MOST_ABOVE_HIPS - 0.01, True), (MOST_ABOVE_HIPS + 0.01, False)])
+def test_a_box_with_room_for_a_body_above_the_hips_is_no_legs_alone(from_top: float, doubtful: bool) -> None:
+    legs = _legs_alone()
+    hips, high = legs.joint("left_hip")[0, 1], legs.boxes_px[0, 3]
+    box = legs.boxes_px.copy()
+    box[0, 1] = (hips - from_top * high) / (1 - from_top)
+    here = People(COCO_17, legs.keypoints_px, legs.scores, box)
+    assert (doubts_of(here) == ((PersonDoubt.NO_UPPER_BODY,),)) is doubtful
+    without_hips = legs.scores.copy()
+    without_hips[0, 11:13] = 0.0
+    only_knees = People(COCO_17, legs.keypoints_px, without_hips, box)
+    assert doubts_of(only_knees) == ((PersonDoubt.NO_UPPER_BODY,),)  # no hip tells where the body would be
 
 
 def test_whom_the_photos_upper_edge_cuts_is_not_doubtful() -> None:
