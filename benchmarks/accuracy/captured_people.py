@@ -32,6 +32,10 @@ JOINTS = ("neck", "nose", "mid_hip", "left_shoulder", "left_elbow", "left_wrist"
           "right_shoulder", "right_elbow", "right_wrist", "right_hip", "right_knee", "right_ankle", "left_eye",
           "left_ear", "right_eye", "right_ear")  # fmt: skip
 METHODS = ("scene", "torso", "combined")
+#: Nobody's eyes are further apart: the face was triangulated from other things. Metres.
+_FARTHEST_EYES_M = 0.10
+_EYES = [JOINTS.index(joint) for joint in ("left_eye", "right_eye")]
+_FACE = [JOINTS.index(joint) for joint in ("nose", "left_eye", "right_eye", "left_ear", "right_ear")]
 
 
 @dataclass(frozen=True)
@@ -61,11 +65,19 @@ def views_of(calibration: Path) -> list[View]:
 
 
 def frames_of(folder: Path, every: int) -> Iterator[FloatArray]:
-    """Yield the joints (P, 19, 3) of every so many frames in metres, NaN where a joint was not measured."""
+    """Yield the joints (P, 19, 3) of every so many frames in metres, NaN where one was not measured, or not well."""
     for path in sorted(folder.glob("body3DScene_*.json"))[::every]:
         bodies = json.loads(path.read_text(encoding="utf-8"))["bodies"]
         values = np.array([b["joints19"] for b in bodies], dtype=float).reshape(len(bodies), 19, 4)
-        yield np.where(values[..., 3:] > 0, values[..., :3] / 100, np.nan)
+        yield with_human_faces(np.where(values[..., 3:] > 0, values[..., :3] / 100, np.nan))
+
+
+def with_human_faces(joints_m: FloatArray) -> FloatArray:
+    """Return joints (P, 19, 3) with every face unmeasured whose eyes are too far apart for one."""
+    apart = np.linalg.norm(joints_m[:, _EYES[0]] - joints_m[:, _EYES[1]], axis=-1)
+    kept = joints_m.copy()
+    kept[np.ix_(apart > _FARTHEST_EYES_M, _FACE)] = np.nan
+    return kept
 
 
 def photo_of(joints_m: FloatArray, view: View, noise: float, rng: np.random.Generator) -> tuple[People, FloatArray]:
