@@ -110,7 +110,7 @@ def test_cameras_are_written_into_the_folder_and_nowhere_else(results: Results) 
     assert kept["file"] == str(file) and str(file) in kept["measure"]
     assert Mount.read(file).height_m == pytest.approx(4.0, rel=1e-4)
     for name in ("../up", "a/b", "", ".hidden", "a" * 61, "a\\b", "ü", "a\0b", "-x"):
-        with pytest.raises(SettingsError, match="is no name for a camera"):
+        with pytest.raises(SettingsError, match="is not a name for a camera"):
             review.save_camera(2, _clicked(), name)
     assert [p.name for p in file.parent.iterdir()] == [file.name]
     with pytest.raises(LookupError):

@@ -125,8 +125,8 @@ def test_points_behind_the_camera_are_refused_or_named():
 @pytest.mark.parametrize(
     ("pixels", "metres", "said"),
     [
-        (EVERYWHERE[:2], [(0, 0), (1, 0)], "2 points: it takes four"),
-        (np.zeros((0, 2)), np.zeros((0, 2)), "0 points: it takes four"),
+        (EVERYWHERE[:2], [(0, 0), (1, 0)], "2 points: four"),
+        (np.zeros((0, 2)), np.zeros((0, 2)), "0 points: four"),
         (EVERYWHERE[:4], [(0, 0), (1, 0), (0, 1)], "4 pixels with 3 places"),
         (EVERYWHERE[:6], [(k, 2 * k + 1) for k in range(6)], "line"),
         (EVERYWHERE[:6] * (1, 0) + (0, 400), [(0, 0), (1, 0), (0, 1), (3, 1), (2, 2), (5, 1)], "line"),

@@ -149,7 +149,7 @@ def test_a_cut_clip_is_two_shots_each_with_its_own_camera(tmp_path, capsys):
     assert [f["shot"] for f in frames] == ["0"] * 15 + ["1"] * 15
     assert {f["camera"] for f in frames[15:]} == {"1"}
     numbers = json.loads((out / "summary.json").read_text())
-    assert numbers["cameras"]["0"] == "the camera's place is stated"
+    assert numbers["cameras"]["0"] == "the camera's place: stated"
     assert "people" in numbers["cameras"]["1"]  # the mount is the first camera's alone
     for person in table(out, "people"):
         assert float(person["from_s"]) >= 3 or float(person["to_s"]) < 3  # nobody is followed through a cut

@@ -172,7 +172,7 @@ def test_a_skeleton_of_another_size_is_refused(tmp_path: Path) -> None:
 def test_a_head_that_is_none_is_refused(tmp_path: Path) -> None:
     source = specification(tmp_path)
     constant_network(tmp_path / "detector.onnx", (416, 416), np.zeros((1, 100, 85), np.float32))
-    with pytest.raises(ModelError, match="no YOLOX head for an input of 416 x 416"):
+    with pytest.raises(ModelError, match="not a YOLOX head for an input of 416 x 416"):
         backend_named(f"onnx:{source}").detect(Photo.from_array(dots(PHOTO_SIZE, [])))
 
 

@@ -333,7 +333,7 @@ def test_an_uncertain_side_is_the_mean_of_its_distribution() -> None:
     outputs[4][0, 0, [24, 28]] = 3.0  # 2 or 6 strides to the right, one as likely as the other
     (box,) = decode_nanodet(outputs, (96, 64), 0, 0.5).boxes_px
     assert box[2] == pytest.approx(8 + 4 * 16)
-    with pytest.raises(ModelError, match="no NanoDet head"):
+    with pytest.raises(ModelError, match="not a NanoDet head"):
         decode_nanodet(outputs, (96, 96), 0, 0.5)
 
 

@@ -106,7 +106,9 @@ def test_without_the_networks_eyes_stay_and_one_line_says_so(tmp_path: Path, mon
         backend = backend_named(f"onnx:{specification(tmp_path)}", PoseOptions(pupils=True, offline=True))
     assert not set(weights.PUPILS) & set(backend.models)
     (said,) = caplog.messages
-    assert said.startswith("eyes are the joint network's, not pupils: face_landmark.tflite, iris_landmark.tflite")
+    assert said.startswith(
+        "pupils are not found; the joint network's eyes are used: face_landmark.tflite, iris_landmark.tflite"
+    )
 
 
 @pytest.mark.skipif(

@@ -218,7 +218,7 @@ def test_fractions_are_refused_whoever_wrote_them(tmp_path, kind):
 def test_keypoints_of_a_larger_copy_are_refused_where_no_size_is_stated(tmp_path):
     far = [[x + 900, y, s] if s else [0, 0, 0] for x, y, s in ROWS]
     recorded = Recorded(_written(tmp_path, "r.json", [{"image_id": "one", "keypoints": k} for k in (FLAT, far)]))
-    with pytest.raises(KeypointsError, match=r"person 1 in .* lies wholly outside its 640 x 480 pixels"):
+    with pytest.raises(KeypointsError, match=r"person 1 in .* is entirely outside its 640 x 480 pixels"):
         recorded.detect(PHOTO)
     cut = [[x - 500, y, s] if s else [0, 0, 0] for x, y, s in far]  # by the edge, as a detector may guess
     assert len(Recorded(_written(tmp_path, "r.json", [{"image_id": "one", "keypoints": cut}])).detect(PHOTO)) == 1
@@ -356,13 +356,13 @@ def test_the_same_file_name_in_two_folders_is_two_photos(tmp_path):
         ("k.json", _own(people=[{"keypoints": ROWS[:16]}]), r"images\[0\].*16 keypoints.*coco17 has 17"),
         ("k.json", _own(people=[{"keypoints": FLAT[:-1]}]), r"images\[0\].*multiple of three"),
         ("k.json", _own(people=[{"keypoints": [["a", 1, 2]]}]), r"images\[0\]: malformed"),
-        ("k.json", _own(width=-5), r"images\[0\].*no photo's size"),
+        ("k.json", _own(width=-5), r"images\[0\].*not the size of a photo"),
         ("k.json", _own(camera={"fy": 3}), r"images\[0\]: 'fx' is missing"),
         ("k.json", _own(camera={"fx": -3}), r"images\[0\].*fx"),
         ("k.json", _own(people=[{"keypoints": ROWS, "box": [1, 2]}]), r"images\[0\].*four numbers"),
         ("k.json", [3], "entry 0: not an object"),
         ("k.json", [{"image_id": 1}], "entry 0: 'keypoints' is missing"),
-        ("k.json", [{"image_id": 1, "keypoints": FLAT[:42]}], "image_id 1.*14 keypoints are no skeleton"),
+        ("k.json", [{"image_id": 1, "keypoints": FLAT[:42]}], "image_id 1.*14 keypoints fit no known skeleton"),
         ("k.json", [{"score": 1}], "entry 0: 'keypoints' is missing"),
         ("k.json", {"people": [{"face": []}]}, r"people\[0\].*pose_keypoints_2d"),
         ("k.json", {"keypoints": [{}, {}], "skeleton": {}}, "2 frames are a video"),

@@ -123,7 +123,7 @@ def parse_json(text: str, *, finite: bool = False) -> Any:
 
 
 def _refused(name: str) -> float:
-    raise ValueError(f"{name} is no number")
+    raise ValueError(f"{name} is not a number")
 
 
 def _whole(digits: str) -> int | float:

@@ -31,7 +31,7 @@ def stated_lens(value: Any) -> Lens:
         lens = Lens(request.focal_mm, (max(request.sensor_mm), min(request.sensor_mm)))
     equivalent = lens.focal_mm * FULL_FRAME_DIAGONAL_MM / (lens.sensor_mm[0] ** 2 + lens.sensor_mm[1] ** 2) ** 0.5
     if not _EQUIVALENT_MM[0] <= equivalent <= _EQUIVALENT_MM[1]:
-        raise SettingsError(f"annotation: {equivalent:g} mm is no lens's 35 mm equivalent")
+        raise SettingsError(f"annotation: {equivalent:g} mm is not the 35 mm equivalent of any lens")
     if not _SENSOR_MM[0] <= lens.sensor_mm[1] <= lens.sensor_mm[0] <= _SENSOR_MM[1]:
         raise SettingsError(f"annotation: no sensor is {lens.sensor_mm[0]:g} x {lens.sensor_mm[1]:g} mm large")
     return lens

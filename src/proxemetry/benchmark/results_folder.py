@@ -75,7 +75,7 @@ def _image(photo: Row, people: list[dict[str, str]], pairs: list[dict[str, str]]
     where = f"{folder / 'people.csv'}: photo {name}"
     by_number = {_whole(row, "person", where): row for row in people}
     if len(by_number) < len(people):
-        raise LabelsError(f"{where}: a person is there twice")
+        raise LabelsError(f"{where}: a person is listed twice")
     index = {number: k for k, number in enumerate(sorted(by_number))}
     count = len(people)
     points, positions = np.full((count, len(PARTS), 2), np.nan), np.full((count, 3), np.nan)
@@ -93,7 +93,7 @@ def _image(photo: Row, people: list[dict[str, str]], pairs: list[dict[str, str]]
         if unknown := [number for number in (one, other) if number not in index]:
             raise LabelsError(f"{where}: person {unknown[0]} is not in people.csv")
         if one == other or (one, other) in seen:
-            raise LabelsError(f"{where}: pair {one}-{other} {'is no pair' if one == other else 'is there twice'}")
+            raise LabelsError(f"{where}: pair {one}-{other} {'is not a pair' if one == other else 'is listed twice'}")
         seen.add((one, other))
         a, b = index[one], index[other]
         for matrix, column in ((distances, "distance_m"), (low, "low_m"), (high, "high_m")):

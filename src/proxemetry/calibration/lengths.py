@@ -34,7 +34,9 @@ class Length:
     def __post_init__(self) -> None:
         values = (self.u0, self.v0, self.u1, self.v1, self.metres)
         if not all(map(math.isfinite, values)) or self.metres <= 0 or (self.u0, self.v0) == (self.u1, self.v1):
-            raise CameraError(f"length {','.join(f'{v:g}' for v in values)}: it takes u,v,u,v,METRES of two pixels")
+            raise CameraError(
+                f"length {','.join(f'{v:g}' for v in values)}: it must be u,v,u,v,METRES: two pixels and their distance"
+            )
 
     @classmethod
     def parsed(cls, text: str) -> Length:
@@ -63,7 +65,7 @@ def with_lengths(
     known = mount.known
     if not len(lengths) or (len(lengths) < 2 and not {0, 2} & set(known.tolist())):
         raise CameraError(
-            "one length alone determines no camera: it takes two, in different directions, or people besides"
+            "one length alone determines no camera: two in different directions are needed, or people too"
         )
     mean, precision = _beforehand(mount)
     root = np.linalg.cholesky(precision).T

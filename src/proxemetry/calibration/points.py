@@ -65,7 +65,7 @@ class FloorPoints:
         if len(self.points_px) != len(self.floor_m):
             raise CameraError(f"{len(self.points_px)} pixels with {len(self.floor_m)} places: they must be as many")
         if len(self) < 4:
-            raise CameraError(f"{len(self)} points: it takes four or more, spread over the floor and not on one line")
+            raise CameraError(f"{len(self)} points: four or more are needed, spread over the floor and not on one line")
         if not (0 < self.click_sd_px <= LARGEST and 0 < self.tape_sd_m <= LARGEST):
             raise CameraError("the click's and the tape's standard deviations must be positive")
 
@@ -85,7 +85,7 @@ class FloorPoints:
         semicolons = header.count(";") > header.count(",")
         reader = csv.DictReader(lines, delimiter=";" if semicolons else ",", skipinitialspace=True)
         if missing := [name for name in COLUMNS if name not in map(str.strip, reader.fieldnames or ())]:
-            raise CameraError(f"{path}: there is no column {missing[0]}; it takes {', '.join(COLUMNS)}")
+            raise CameraError(f"{path}: there is no column {missing[0]}; it needs {', '.join(COLUMNS)}")
         rows: list[list[float]] = []
         for record in reader:
             cells = {(k or "").strip(): (v or "").strip() for k, v in record.items() if isinstance(v, str | None)}
@@ -180,7 +180,9 @@ def from_homography(
     depth = seen[:, 2] / near
     usable = grid[(depth > 0.15) & np.isfinite(depth)]
     if len(usable) < len(grid) / 3:
-        raise CameraError("the homography's horizon runs through the lower part of the picture: it is none of a floor")
+        raise CameraError(
+            "the homography's horizon runs through the lower part of the picture: it does not describe a floor"
+        )
     low, high = usable[:, 1].min(), usable[:, 1].max()
     corners = np.array([(0.1 * w, high), (0.9 * w, high), (0.1 * w, low), (0.9 * w, low)])
     corners = np.array([usable[np.linalg.norm(usable - corner, axis=1).argmin()] for corner in corners])

@@ -48,7 +48,7 @@ def estimate_camera(photo: Photo, request: FocalRequest | None = None, others: O
     mount = None if row is None else row.mount
     projection = projection_of(photo)
     if projection is not None and not any(c.source.kind is FocalSource.CAMERA_TABLE for c in candidates):
-        reason = f"not a picture of one perspective ({projection}): there is no focal length to measure by"
+        reason = f"not a picture with one perspective ({projection}): there is no focal length to measure by"
         flags = (*remarks, *_on_perspective(photo))
         return CameraEstimate(None, candidates, flags, reason, mount=mount, one_perspective=False)
     verdict = None if unusable else _verdict(photo, answers, frame)

@@ -112,7 +112,7 @@ def weigh(photo: Photo, found: Sequence[Found], frame: Frame) -> Verdict | None:
     if not implied.is_seen_by_a_lens:
         mm, whole = implied.equivalent_mm, _without_plane(photo, tag, body, frame)
         return whole and whole.setting_aside(
-            plane, f"that would be a lens of {mm:.1f} mm equivalent, which nobody makes"
+            plane, f"that would be a lens of {mm:.1f} mm equivalent, which does not exist"
         )
     if not frame.is_whole_known:
         return _part(photo, plane, implied, _without_plane(photo, tag, body, frame), frame)
@@ -192,7 +192,7 @@ def _part(photo: Photo, plane: Candidate, implied: _Implied, whole: Verdict | No
         return verdict.holding(replace(plane, focal_px=plane.focal_px * max(implied.size_mm) / widest))
     if plane.focal_px < whole.chosen.focal_px * math.exp(-_AGREE):
         return whole.setting_aside(plane, f"a sensor of {implied} would be larger than the camera's")
-    verdict = Verdict(plane, frame, "cut at full size, the resolution holds; the interval reaches to one made smaller")
+    verdict = Verdict(plane, frame, "cut at full size, the resolution holds; the interval includes a scaled-down one")
     return verdict.holding(whole.chosen).against(whole.chosen, "that is of the whole picture")
 
 
@@ -213,14 +213,14 @@ def _plane_alone(photo: Photo, plane: Candidate, implied: _Implied, frame: Frame
         if _may_be_native(photo, implied):
             near = [c for c in smaller if c.focal_px * _LITTLE_SMALLER > plane.focal_px]
             held = verdict.holding(min(near, key=lambda c: c.focal_px)) if near else verdict
-        return replace(held, flags=(Flag(Doubt.SENSOR, "nothing shows that the photo has its first size still"),))
+        return replace(held, flags=(Flag(Doubt.SENSOR, "nothing shows that the photo still has its original size"),))
     if not candidates:
         return None
     low, high = (pick(c.focal_px for c in candidates) for pick in (min, max))
     middle = math.sqrt(low * high)
     sd = math.hypot(plane.rel_sd, math.log(high / low) / 2 / HALF_WIDTH_SD)
-    source = Source(plane.source.kind, _joined(plane.source.detail, "of a photo made smaller by an unknown factor"))
-    text = f"the focal plane resolution implies a sensor of {implied}, which nobody built: the photo was made smaller"
+    source = Source(plane.source.kind, _joined(plane.source.detail, "of a photo scaled down by an unknown factor"))
+    text = f"the focal plane resolution implies a sensor of {implied}, which was never built: the photo was scaled down"
     return Verdict(
         Candidate(middle, sd, source), frame, "any sensor that has such pixels", (Flag(Doubt.SENSOR, text),), made=True
     )
@@ -276,7 +276,7 @@ def _plane_against(
     ratio = plane.focal_px / whole.chosen.focal_px
     if ratio < 1:
         if body is not None or implied.sensor is None:
-            built = "larger than the camera's" if body is not None else "one that nobody built"
+            built = "larger than the camera's" if body is not None else "one that was never built"
             return whole.setting_aside(plane, f"it implies a sensor of {implied}, {built}")
         return whole.holding(plane).against(plane)
     crop_mode = body is not None and _is_crop_mode(photo, ratio)
@@ -292,7 +292,7 @@ def _plane_against(
     if ratio <= _LIKELY_CROP and _has_pixels_for(photo, plane, whole):
         return _unless_cropped(photo, plane, whole, ratio)
     return whole.setting_aside(
-        plane, f"it implies a sensor of {implied}: the photo was made smaller, or the tag is wrong"
+        plane, f"it implies a sensor of {implied}: the photo was scaled down, or the tag is wrong"
     )
 
 
@@ -316,4 +316,4 @@ def _unless_cropped(photo: Photo, plane: Candidate, whole: Verdict, ratio: float
     shift = _CROP_SHARE * (ratio - 1) * long_side / math.sqrt(12)
     frame = replace(whole.frame, principal_sd_px=math.hypot(whole.frame.principal_sd_px, shift))
     held = replace(whole.holding(plane), frame=frame)
-    return held.against(plane, "made smaller since, or cropped to the sensor's own shape")
+    return held.against(plane, "scaled down, or cropped to the sensor's own shape")

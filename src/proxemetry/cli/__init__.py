@@ -128,7 +128,9 @@ def _require_memory() -> None:
     limit, _ = resource.getrlimit(resource.RLIMIT_AS)
     if limit != resource.RLIM_INFINITY and limit < _LEAST_MEMORY_BYTES:
         least = _LEAST_MEMORY_BYTES / 1e6
-        raise SettingsError(f"this shell allows {limit / 1e6:.0f} MB of memory (ulimit -v), and it takes {least:.0f}")
+        raise SettingsError(
+            f"this shell allows {limit / 1e6:.0f} MB of memory (ulimit -v), but {least:.0f} MB are needed"
+        )
 
 
 def end_as_by_ctrl_c() -> None:

@@ -96,7 +96,7 @@ def _doubts(score: Score) -> Iterator[str]:
         yield f"distances are {1 + bias / 100:.2g} of the true ones on average: positions and distances are millimetres"
     if score.n_misshapen:
         yield (
-            f"the pictures of {score.n_misshapen} answers have another shape than the labelled ones: are width and "
+            f"the pictures of {score.n_misshapen} predictions have another shape than the labelled ones: are width and "
             "height swapped, or the points of a cropped picture?"
         )
 

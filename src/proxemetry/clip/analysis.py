@@ -233,7 +233,7 @@ def _cameras(folder: Folder, measured: Measured, wanted: Wanted) -> dict[int, Cl
                 "followed",
             )
         elif stated is not None and is_complete(stated) and stated.camera is not None:
-            found[camera] = ClipCamera(stated, stated.camera, f"the camera's place is {stated.source}")
+            found[camera] = ClipCamera(stated, stated.camera, f"the camera's place: {stated.source}")
         else:
             blocks = _blocks(folder, shots, measured.times_s)
             found[camera] = told_by_people(blocks, stated, wanted.settings.locate)

@@ -56,7 +56,7 @@ def _frames(limits: Sequence[str]) -> tuple[Column, ...]:
 
 def _tracks(limits: Sequence[str]) -> tuple[Column, ...]:
     return (
-        Column("track", _I, "", "number of the track, from 1, made anew in every clip", identifies=True),
+        Column("track", _I, "", "number of the track, from 1, new in every clip", identifies=True),
         Column("frame", _I, "", "number of the frame", identifies=True),
         Column("t_s", _N, "s", "when"),
         Column(

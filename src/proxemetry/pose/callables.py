@@ -91,7 +91,7 @@ def people_from(answer: object, skeleton: Skeleton | None = None, origin: str = 
     if are_fractions(keypoints):
         raise KeypointsError(f"{origin}: coordinates are fractions, not pixels: multiply them by the photo's size")
     if skeleton is None or len(skeleton) != keypoints.shape[1]:
-        raise KeypointsError(f"{origin}: {keypoints.shape[1]} keypoints are no skeleton that is known; state which")
+        raise KeypointsError(f"{origin}: {keypoints.shape[1]} keypoints fit no known skeleton; state which")
     if scores is None:
         scores = np.ones(keypoints.shape[:2])
     if scores.shape != keypoints.shape[:2]:

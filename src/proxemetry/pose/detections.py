@@ -103,8 +103,8 @@ def decode_yolox(
     cells, strides = _grid(size, (8, 16, 32))
     if raw.ndim != 2 or len(raw) != len(cells) or raw.shape[1] <= 5 + person:
         raise ModelError(
-            f"the detector answers {outputs[0].shape}, which is no YOLOX head for an input of {size[0]} x {size[1]}: "
-            f"expected (1, {len(cells)}, 5 + classes)"
+            f"the detector returns {outputs[0].shape}, which is not a YOLOX head for an input of {size[0]} x "
+            f"{size[1]}: expected (1, {len(cells)}, 5 + classes)"
         )
     scores = raw[:, 4].astype(float) * raw[:, 5 + person]
     rows = np.flatnonzero(scores >= least)
@@ -131,7 +131,7 @@ def decode_boxes(
     """
     rows = outputs[0][0] if outputs[0].ndim == 3 else outputs[0]
     if rows.ndim != 2 or rows.shape[1] < 5:
-        raise ModelError(f"the detector answers {outputs[0].shape}: expected boxes with scores, (1, N, 5)")
+        raise ModelError(f"the detector returns {outputs[0].shape}: expected boxes with scores, (1, N, 5)")
     keep = rows[:, 4] >= max(least, 1e-6)
     if len(outputs) > 1:
         keep &= outputs[1].reshape(-1)[: len(rows)].astype(int) == person
@@ -145,7 +145,7 @@ def decode_ultralytics(
     """Decode an anchor-free head of shape (1, 4 + classes, N): centre x, y, width, height, class scores."""
     raw = outputs[0][0].T
     if raw.ndim != 2 or raw.shape[1] <= 4 + person:
-        raise ModelError(f"the detector answers {outputs[0].shape}: expected (1, 4 + classes, N)")
+        raise ModelError(f"the detector returns {outputs[0].shape}: expected (1, 4 + classes, N)")
     scores = raw[:, 4 + person].astype(float)
     rows = np.flatnonzero(scores >= least)
 
@@ -173,7 +173,7 @@ def decode_nanodet(
     sides = np.concatenate([part[0] for part in outputs[len(_NANODET_STRIDES) :]])
     if not len(cells) == len(classes) == len(sides) or sides.shape[1] % 4 or classes.shape[1] <= person:
         shapes = ", ".join(str(part.shape) for part in outputs)
-        raise ModelError(f"the detector answers {shapes}, which is no NanoDet head for {size[0]} x {size[1]}")
+        raise ModelError(f"the detector returns {shapes}, which is not a NanoDet head for {size[0]} x {size[1]}")
     rows = np.flatnonzero(classes[:, person] >= least)
 
     def boxes_of(rows: NDArray[np.intp]) -> FloatArray:

@@ -56,7 +56,7 @@ class PupilNetworks:
         try:
             weights.fetch(absent, offline=offline)  # together: they lie in one wheel
         except ModelError as error:
-            _LOG.warning(f"eyes are the joint network's, not pupils: {error}")
+            _LOG.warning(f"pupils are not found; the joint network's eyes are used: {error}")
             return None
         return cls(*map(weights.verify, weights.PUPILS))
 

@@ -143,7 +143,7 @@ class Recorded:
             if not len(seen) or (seen <= (photo.width, photo.height)).all(axis=-1).any():
                 continue
             raise KeypointsError(
-                f"{photo.name}: person {number} in {self._path} lies wholly outside its {photo.width} x "
+                f"{photo.name}: person {number} in {self._path} is entirely outside its {photo.width} x "
                 f"{photo.height} pixels: the keypoints are another photo's, or a larger copy's; state its size there"
             )
 

@@ -26,7 +26,7 @@ _MOST_IGNORED_BYTES = 2_000_000
 
 class _TooLargeError(Exception):
     def __init__(self, limit: int, announced: int | None) -> None:
-        super().__init__(f"more than {limit:,} bytes: this is no photo and no correction")
+        super().__init__(f"more than {limit:,} bytes: neither a photo nor a correction")
         self.hang_up = announced is None or announced > _MOST_IGNORED_BYTES
 
 

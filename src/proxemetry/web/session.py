@@ -249,7 +249,9 @@ class Review:
         Raises SettingsError for an impossible name, and where there is no folder; CameraError without a camera.
         """
         if not _CAMERA_NAME.fullmatch(name):
-            raise SettingsError(f"{name!r:.60} is no name for a camera: letters, digits, dots, hyphens and underscores")
+            raise SettingsError(
+                f"{name!r:.60} is not a name for a camera: use letters, digits, dots, hyphens and underscores"
+            )
         with self._lock:
             scene = self._scene(self._summary(number))
         mount = mount_of(scene, clicked)

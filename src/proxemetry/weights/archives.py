@@ -41,7 +41,7 @@ def _opened_member(archive: Path, name: str, *, tar: bool) -> Generator[IO[bytes
         with tarfile.open(archive, "r:gz") as packed:
             member = packed.extractfile(name)
             if member is None:
-                raise KeyError(f"{name} is no file")
+                raise KeyError(f"{name} is not a file")
             with member:
                 yield member
         return

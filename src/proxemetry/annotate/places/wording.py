@@ -29,7 +29,9 @@ def remarks_on(places: Places) -> list[Remark]:
         found.append(Remark(contradiction_text(places.contradiction), True))
     found += [Remark(f"{t}: {why}", True) for t, why in zip(places.tags, places.reasons, strict=True) if why]
     if places.by_tag and places.free <= 0 and any(isinstance(fit.measurement, Tape) for fit in places.fits):
-        found.append(Remark("Nothing checks these measurements: one more tape than needed would show a slip.", False))
+        found.append(
+            Remark("Nothing checks these measurements: one more tape than needed would show a misread one.", False)
+        )
     if places.mirrored:
         found.append(Remark("Left and right may be exchanged as a whole. That changes no distance.", False))
     if places.scale > _LOOSE and places.contradiction is None:

@@ -93,8 +93,8 @@ def measure_folder(
     named = [photos] if isinstance(photos, str | Path) else photos
     if not isinstance(cast(object, pose), str):
         raise SettingsError(
-            "pose must be a back end's name: worker processes load it anew; a function of your own is named "
-            "python:MODULE:FUNCTION"
+            "pose must be a back end's name: worker processes load it by name; name a function of your own "
+            "as python:MODULE:FUNCTION"
         )
     _require_pandas()  # before hours of work, not after
     told = settings or Settings()

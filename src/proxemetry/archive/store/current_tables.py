@@ -32,8 +32,8 @@ def current_tables(
     listed = manifest.read(results.folder)
     if listed is not None and len(listed) > MANY:
         logging.getLogger("proxemetry").warning(
-            f"{results.folder.location}: writing the tables anew, since the results, their corrections or the version "
-            "are others now; a million photos take minutes"
+            f"{results.folder.location}: rewriting the tables, since the results, their corrections or the version "
+            "have changed; a million photos take minutes"
         )
     try:
         results.write_tables(safe_distance_m)

@@ -83,7 +83,9 @@ class Placed:
             if rel_sd < _MOST_REL_SD:
                 basis[row], reasons[row] = used, None
             else:
-                reasons[row] = f"only {used} seen, too little to tell the distance: uncertain by {100 * rel_sd:.0f} %"
+                reasons[row] = (
+                    f"only {used} seen, too little to determine the distance: uncertain by {100 * rel_sd:.0f} %"
+                )
         return self._kept(known)._among(count, rows[known], tuple(basis), tuple(reasons))
 
     def _kept(self, known: NDArray[np.bool_]) -> Placed:

@@ -37,7 +37,7 @@ def read_mot(path: Path, text: str) -> Iterator[RecordedPhoto]:
         with naming(f"{path}, line {number}"):
             cells = [float(cell) for cell in line.split(",")]
             if len(cells) < _FEWEST or cells[0] != int(cells[0]):
-                raise KeypointsError("it takes frame, id, left, top, width, height")
+                raise KeypointsError("it must be frame, id, left, top, width, height")
             left, top, width, height = cells[2:6]
             score = cells[6] if len(cells) > _FEWEST and 0 <= cells[6] <= 1 else None
             if score != 0:  # ground truth marks with 0 what is not to be counted

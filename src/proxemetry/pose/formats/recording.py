@@ -212,7 +212,7 @@ def by_count(persons: Sequence[Person]) -> tuple[Skeleton, list[Person]]:
     skeleton = skeleton_of(count)
     if skeleton is None:
         known = ", ".join(str(n) for n in sorted({*BY_COUNT, *WHOLE_BODIES}))
-        raise KeypointsError(f"{count} keypoints are no skeleton that is known ({known} joints are)")
+        raise KeypointsError(f"{count} keypoints fit no known skeleton ({known} joints do)")
     body = slice(len(skeleton))
     return skeleton, [
         replace(p, keypoints=p.keypoints[body], scores=p.scores[body]) if len(p.scores) == count else p for p in persons
@@ -235,5 +235,5 @@ def size_of(entry: Mapping[str, Any]) -> tuple[float | None, float | None]:
     if width is None and height is None:
         return None, None
     if width is None or height is None or not all(0 < float(side) <= LARGEST_PX for side in (width, height)):
-        raise KeypointsError(f"width {shortened(width)} and height {shortened(height)} are no photo's size")
+        raise KeypointsError(f"width {shortened(width)} and height {shortened(height)} are not the size of a photo")
     return float(width), float(height)

@@ -162,7 +162,7 @@ class OnnxBackend:
 
     def _check_joints(self, file: str, count: int) -> None:
         if count != len(self.skeleton):
-            raise ModelError(f"{file} answers {count} joints, and {self.skeleton.name} has {len(self.skeleton)}")
+            raise ModelError(f"{file} returns {count} joints, and {self.skeleton.name} has {len(self.skeleton)}")
 
     def _kept(self, people: People, photo: Photo) -> People:
         """Return the people left without joints outside the photo, uncertain joints and duplicates."""

@@ -20,7 +20,7 @@ def decode_rtmo(
     shaped = sorted(outputs, key=lambda o: o.ndim)
     if len(shaped) != 2 or shaped[0].ndim != 3 or shaped[1].ndim != 4 or shaped[1].shape[3] != 3:
         shapes = ", ".join(str(o.shape) for o in outputs)
-        raise ModelError(f"the network answers {shapes}: expected boxes (1, N, 5) and keypoints (1, N, K, 3)")
+        raise ModelError(f"the network returns {shapes}: expected boxes (1, N, 5) and keypoints (1, N, K, 3)")
     boxes, points = shaped[0][0].astype(float), shaped[1][0].astype(float)
     keep = boxes[:, 4] >= max(least, 1e-6)
     boxes, points = boxes[keep], points[keep]
@@ -34,7 +34,7 @@ def decode_ultralytics_pose(
     """Decode a pose head of shape (1, 5 + 3 K, N): centre x, y, width, height, score, then x, y, score a joint."""
     raw = outputs[0][0].T.astype(float)
     if raw.ndim != 2 or raw.shape[1] < 8 or (raw.shape[1] - 5) % 3:
-        raise ModelError(f"the network answers {outputs[0].shape}: expected (1, 5 + 3 K, N)")
+        raise ModelError(f"the network returns {outputs[0].shape}: expected (1, 5 + 3 K, N)")
     raw = raw[raw[:, 4] >= least]
     boxes = np.concatenate([raw[:, :2] - raw[:, 2:4] / 2, raw[:, :2] + raw[:, 2:4] / 2], axis=1)
     points = raw[:, 5:].reshape(len(raw), (raw.shape[1] - 5) // 3, 3)

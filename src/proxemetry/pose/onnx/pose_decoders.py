@@ -37,7 +37,7 @@ def decode_heatmaps_udp(outputs: Outputs, size: tuple[int, int]) -> tuple[FloatA
 
 def _maps(outputs: Outputs) -> NDArray[np.float32]:
     if outputs[0].ndim != 4:
-        raise ModelError(f"the pose network answers {outputs[0].shape}: expected heatmaps (B, K, H, W)")
+        raise ModelError(f"the pose network returns {outputs[0].shape}: expected heatmaps (B, K, H, W)")
     return outputs[0]
 
 
@@ -94,7 +94,7 @@ def decode_simcc(outputs: Outputs, size: tuple[int, int]) -> tuple[FloatArray, F
     """
     if len(outputs) < 2 or outputs[0].ndim != 3 or outputs[1].ndim != 3:
         shapes = ", ".join(str(o.shape) for o in outputs)
-        raise ModelError(f"the pose network answers {shapes}: expected two SimCC vectors (B, K, bins)")
+        raise ModelError(f"the pose network returns {shapes}: expected two SimCC vectors (B, K, bins)")
     across, down = outputs[0], outputs[1]
     if across.shape[2] * size[1] != down.shape[2] * size[0] and down.shape[2] * size[1] == across.shape[2] * size[0]:
         across, down = down, across
@@ -126,7 +126,7 @@ def _refined_tops(vectors: NDArray[np.float32], reach: int = 3) -> tuple[FloatAr
 def decode_movenet(outputs: Outputs, size: tuple[int, int]) -> tuple[FloatArray, FloatArray]:
     """Decode single-pose MoveNet, which answers points: (B, 1, K, 3), y, x and score, fractions of the input."""
     if outputs[0].ndim != 4 or outputs[0].shape[1] != 1 or outputs[0].shape[3] != 3:
-        raise ModelError(f"the pose network answers {outputs[0].shape}: expected points (B, 1, K, 3)")
+        raise ModelError(f"the pose network returns {outputs[0].shape}: expected points (B, 1, K, 3)")
     values = outputs[0][:, 0].astype(float)
     return values[..., [1, 0]] * size, values[..., 2].clip(0.0, 1.0)
 

@@ -82,7 +82,9 @@ class DarknetDetector:
         blob = cv2.dnn.blobFromImage(pixels, 1 / 255, self.size)  # already RGB, which Darknet wants
         rows = np.concatenate([o.reshape(-1, o.shape[-1]) for o in self.network.run(np.asarray(blob, np.float32))])
         if rows.shape[1] <= 5 + self.person:
-            raise ModelError(f"{self.network.files[0].name} answers {rows.shape[1]} numbers a box: that is no YOLO")
+            raise ModelError(
+                f"{self.network.files[0].name} returns {rows.shape[1]} numbers per box: that is not a YOLO network"
+            )
         return self._decoded(rows.astype(float), pixels.shape[1], pixels.shape[0])
 
     def _decoded(self, rows: NDArray[np.float64], width: int, height: int) -> Detections:

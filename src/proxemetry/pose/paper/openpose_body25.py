@@ -45,7 +45,7 @@ class Body25:
         answer = self.network.run(np.ascontiguousarray(blob))[0]
         if answer.ndim != 4 or answer.shape[1] != CHANNELS:
             raise ModelError(
-                f"{self.network.files[0].name} answers {answer.shape}: BODY_25 has (1, {CHANNELS}, height, width)"
+                f"{self.network.files[0].name} returns {answer.shape}: BODY_25 has (1, {CHANNELS}, height, width)"
             )
         return np.stack([cv2.resize(channel, size, interpolation=cv2.INTER_CUBIC) for channel in answer[0]])
 

@@ -152,7 +152,7 @@ class _Conversion:
         if (permute.kind, permute.number(0), last.kind) != ("Permute", 2, "Reshape") or expected != tuple(
             first.number(key) for key in (0, 1, 2)
         ):
-            raise ModelError("the ncnn network has a Reshape that is no channel shuffle, which is not known here")
+            raise ModelError("the ncnn network has a Reshape that is not a channel shuffle, which is not known here")
         parted = self.network.reshape(x, (1, height, width, groups, channels // groups))
         exchanged = self.network.transpose(parted, (0, 1, 2, 4, 3))
         self._tensors[last.outputs[0]] = self.network.reshape(exchanged, x.shape)
