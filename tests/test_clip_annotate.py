@@ -133,3 +133,11 @@ def test_without_the_extra_it_is_said_before_any_work(made, tmp_path, monkeypatc
 def test_nobody_is_shown_where_only_aggregates_are_wanted(made, tmp_path, capsys):
     assert video(made, tmp_path / "out", "--annotated", "--aggregate-only") == 2
     assert "leave one of them out" in capsys.readouterr().err
+
+
+def test_doubtful_tracks_have_a_question_mark(scene, monkeypatch):
+    pixels, found = scene
+    written = []
+    monkeypatch.setattr(annotate, "_write", lambda picture, text, *more: written.append(text))
+    annotate.draw(pixels, found, tracks_of(found), 0.0, "show", doubtful={2, 9})
+    assert written == ["1", "2?", "3", "4"]

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import importlib.util
 import os
+from collections.abc import Collection
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -20,6 +21,7 @@ from ..arrays import FloatArray, RGBArray
 from ..errors import SettingsError
 from ..people import People
 from ..plots.faces import heads_px, pixelated
+from ..plots.pair_selection import VAGUE_MARK
 from ..scene import Scene
 from .analysis import Analysis
 from .frames import open_clip
@@ -55,7 +57,8 @@ def annotate(path: Path, found: Analysis, folder: Folder, *, fps: float, faces: 
     name = require_encoder()
     times = np.array(found.measured.times_s)
     rate = max(1, round(1 / float(np.median(np.diff(times))))) if len(times) > 1 else 1
-    tracks = _by_frame(found)
+    tracks, doubtful = _by_frame(found), {p.track.number for p in found.people if p.doubt}
+    limit = found.wanted.within_m[-1]
     every = (Scene.from_json(text) for _, texts in scenes(folder) for text in texts)
     hidden = hidden_heads(found, folder)
     with folder.writing(FILE) as temporary, av.open(temporary, "w", format="mp4") as output:
@@ -64,7 +67,7 @@ def annotate(path: Path, found: Analysis, folder: Folder, *, fps: float, faces: 
         stream.width, stream.height, stream.pix_fmt = width, height, "yuv420p"
         for number, (frame, scene) in enumerate(zip(open_clip(path, fps).frames(), every, strict=False)):
             heads = hidden.get(number, np.zeros((0, 3)))
-            drawn = draw(frame.photo.pixels(), scene, tracks.get(number, {}), found.wanted.within_m[-1], faces, heads)
+            drawn = draw(frame.photo.pixels(), scene, tracks.get(number, {}), limit, faces, heads, doubtful)
             picture = av.VideoFrame.from_ndarray(np.ascontiguousarray(drawn[:height, :width]), format="rgb24")
             output.mux(stream.encode(picture))
         output.mux(stream.encode(None))
@@ -112,11 +115,12 @@ def hidden_heads(found: Analysis, folder: Folder) -> dict[int, FloatArray]:
 
 def draw(
     pixels: RGBArray, scene: Scene, tracks: dict[int, tuple[int, float, float]], limit_m: float, faces: str,
-    hidden: FloatArray | None = None,
+    hidden: FloatArray | None = None, doubtful: Collection[int] = (),
 ) -> RGBArray:  # fmt: skip
     """Return a frame with boxes, track numbers and distances below a limit; heads pixelated unless `faces` shows.
 
-    hidden: circles (x, y, radius) of heads that were not found in this frame, shape (n, 3).
+    hidden: circles (x, y, radius) of heads that were not found in this frame, shape (n, 3). doubtful: numbers of tracks
+    that get a question mark.
     """
     heads = _heads(scene.people)
     heads = heads if hidden is None else np.concatenate([heads, hidden])
@@ -134,11 +138,13 @@ def draw(
         _write(picture, f"{gap:.1f} m", (x, y), _NEAR, size)
     for row in rows:
         box = scene.people.boxes_px[row]
-        colour = _COLOURS[tracks[row][0] % len(_COLOURS)]
+        number = tracks[row][0]
+        colour = _COLOURS[number % len(_COLOURS)]
         if np.isfinite(box).all():
             x0, y0, x1, y1 = (int(v) for v in box)
             cv2.rectangle(picture, (x0, y0), (x1, y1), colour, 2)
-            _write(picture, str(tracks[row][0]), (x0, y0 - 4), colour, size)
+            mark = VAGUE_MARK if number in doubtful else ""
+            _write(picture, f"{number}{mark}", (x0, y0 - 4), colour, size)
     return picture
 
 
