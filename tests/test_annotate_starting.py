@@ -7,13 +7,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from proxemetry.annotate.keypoint_file import COCO_FILE
 from proxemetry.annotate.project import Project
-from proxemetry.annotate.starting import COCO_FILE
 from proxemetry.benchmark import read_labels
 from proxemetry.cli import main
 from proxemetry.errors import KeypointsError, ProxemetryError, SettingsError
 from proxemetry.people import People
 from proxemetry.people.skeleton import BODY_25, COCO_17, PARTS
+from proxemetry.pose.formats import Beside
 from proxemetry.pose.recorded import Recorded
 from synthetic.drawn import people_at
 from synthetic.reviewing import CAMERA, HEIGHT, WIDTH, draw_photo
@@ -143,7 +144,8 @@ def test_what_was_read_is_written_back_with_the_points_as_they_are_now(photos: P
     content = json.loads(path.read_text())
     sent, back = _coco()["annotations"], content["annotations"]
     assert [image["file_name"] for image in content["images"]] == ["a.jpg", "b.jpg"]
-    assert content["categories"][0]["keypoints"][:17] == list(COCO_17.joints)
+    assert [c["name"] for c in content["categories"]] == ["car", "person"]
+    assert content["categories"][1]["keypoints"][:17] == list(COCO_17.joints)
     for was, now in zip(sent, back[:2], strict=True):
         assert now["keypoints"][:51] == pytest.approx(was["keypoints"], abs=0.01)
         assert now["bbox"] == was["bbox"]
@@ -164,6 +166,96 @@ def test_what_was_read_is_written_back_with_the_points_as_they_are_now(photos: P
     read = Recorded(path).detect(project.photos[0].photo)
     assert read.keypoints_px[0] == pytest.approx(PEOPLE.keypoints_px[0, :17], abs=0.01)
     assert second.read is not None and second.read["score"] == pytest.approx(0.97, abs=0.04)
+
+
+def test_what_is_not_understood_is_written_back(photos: Path) -> None:
+    content = _coco(segmentation=[[1.5, 2.0, 30.0, 2.0, 30.0, 40.0]], track_id=12)
+    content["info"] = {"contributor": "ada"}
+    content["licenses"] = [{"id": 4, "name": "CC BY 4.0", "url": "https://creativecommons.org/licenses/by/4.0/"}]
+    content["images"][0] |= {"license": 4, "coco_url": "there", "date_captured": "2024-05-01"}
+    names = ["left_hand_1", *reversed(COCO_17.joints)]
+    content["categories"][1] |= {"keypoints": names, "skeleton": [[1, 2], [17, 18]], "supercategory": "animate"}
+    for entry in content["annotations"]:
+        rows = np.reshape(entry["keypoints"], (-1, 3))[::-1]
+        entry["keypoints"] = [33.0, 44.0, 2, *rows.ravel().tolist()]
+    content["annotations"].append(
+        {"id": 99, "image_id": 3, "category_id": 1, "bbox": [1.0, 2.0, 3.0, 4.0], "iscrowd": 0}
+    )
+    content["images"].append({"id": 5, "file_name": "b.jpg", "width": WIDTH, "height": HEIGHT, "license": 4})
+    project = opened(photos)
+    assert project.start_from(_write(photos.parent / "cvat.json", content)) == (2, 2)
+    project.act(1, "add_person", {"points": {"Torso": [300, 200]}})
+    back = json.loads((project.out / COCO_FILE).read_text())
+    assert (back["info"], back["licenses"]) == (content["info"], content["licenses"])
+    assert back["images"] == content["images"]
+    first, _, car, new = back["annotations"]
+    assert [a["id"] for a in back["annotations"]] == [7, 8, 99, 1]
+    assert car == content["annotations"][2]
+    assert (first["segmentation"], first["track_id"]) == (content["annotations"][0]["segmentation"], 12)
+    assert (first["area"], first["category_id"], first["image_id"]) == (120000.0, 2, 3)
+    assert (new["category_id"], new["image_id"]) == (2, 5)
+    category = back["categories"][1]
+    at = category["keypoints"].index
+    assert first["keypoints"][3 * at("left_hand_1") :][:3] == [33.0, 44.0, 2]
+    assert category["skeleton"] == [
+        [at("left_hand_1") + 1, at("right_ankle") + 1], [at("left_eye") + 1, at("nose") + 1],
+    ]  # fmt: skip
+    assert category["supercategory"] == "animate"
+    again = opened(photos, "again")
+    assert again.start_from(str(project.out / COCO_FILE)) == (2, 3)
+    assert json.loads((again.out / COCO_FILE).read_text()) == back
+
+
+def test_hands_and_face_are_written_back_in_pixels_of_the_photo(photos: Path) -> None:
+    folder = Path(_openpose(photos))
+    path = folder / "a_keypoints.json"
+    content = json.loads(path.read_text())
+    hand = [100.0, 50.0, 0.9] * 21
+    for person in content["people"]:
+        person |= {
+            "hand_left_keypoints_2d": hand,
+            "face_keypoints_2d": [7.0, 8.0, 0.5] * 70,
+            "hand_right_keypoints_3d": [],
+        }
+    path.write_text(json.dumps(content))
+    project = opened(photos)
+    project.start_from(str(folder))
+    for entry in json.loads((project.out / COCO_FILE).read_text())["annotations"]:
+        assert (entry["hand_left_keypoints_2d"], entry["person_id"]) == (hand, [-1])
+        assert len(entry["face_keypoints_2d"]) == 210
+    # of a copy half as wide and half as high
+    half = _coco(face_kpts=[10.0, 20.0, 1.0], lefthand_box=[1.0, 2.0, 3.0, 4.0], note="as it is")
+    half["images"][0] |= {"width": WIDTH / 2, "height": HEIGHT / 2}
+    for entry in half["annotations"]:
+        entry["keypoints"] = [v if k % 3 == 2 else v / 2 for k, v in enumerate(entry["keypoints"])]
+        entry["segmentation"] = {"counts": "abc", "size": [3, 4]}
+    other = opened(photos, "half")
+    other.start_from(_write(photos.parent / "half.json", half))
+    for entry in json.loads((other.out / COCO_FILE).read_text())["annotations"]:
+        assert entry["face_kpts"] == [20.0, 40.0, 1.0]
+        assert entry["lefthand_box"] == [2.0, 4.0, 6.0, 8.0]
+        assert (entry["area"], entry["note"]) == (480000.0, "as it is")
+        assert "segmentation" not in entry
+
+
+def test_a_whole_body_without_names_keeps_its_other_joints(photos: Path) -> None:
+    content = _coco()
+    del content["categories"]
+    for entry in content["annotations"]:
+        entry["keypoints"] += [5.0, 6.0, 2] * (133 - 17)
+    project = opened(photos)
+    project.start_from(_write(photos.parent / "wb.json", content))
+    back = json.loads((project.out / COCO_FILE).read_text())
+    (category,) = back["categories"]
+    assert category["keypoints"][17:] == [f"joint_{k}" for k in range(18, 134)]
+    assert back["annotations"][0]["keypoints"][3 * 132 :] == [5.0, 6.0, 2]
+
+
+def test_measuring_keeps_nothing_that_it_does_not_use(photos: Path) -> None:
+    path = _write(photos.parent / "a.json", _coco(segmentation=[[1.0, 2.0, 3.0, 4.0, 5.0, 6.0]]))
+    photo = opened(photos).photos[0].photo
+    assert Recorded(path).beside(photo) == Beside()
+    assert Recorded(path, keep_beside=True).beside(photo).people[0]["id"] == 7
 
 
 def test_people_who_are_removed_or_have_no_part_are_handled(photos: Path) -> None:

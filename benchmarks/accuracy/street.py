@@ -26,6 +26,7 @@ from proxemetry.arrays import FloatArray
 from proxemetry.camera import Camera, CameraEstimate
 from proxemetry.locate import METHODS
 from proxemetry.measure import place
+from proxemetry.overlap import areas_of, shared_areas
 from proxemetry.people import People, PoseBackend
 from proxemetry.photo import Photo
 from proxemetry.pose import PoseOptions, available, backend_named
@@ -103,11 +104,12 @@ def check(streets: Sequence[Street]) -> str:
 
 def found_rows(people: People, street: Street) -> list[tuple[int, int]]:
     """Return pairs of (row of people, row of truth), one to one, nearest middles first."""
-    boxes, truth = people.boxes_px[:, None], street.boxes_px[None]
-    shared = (np.minimum(boxes[..., 2:], truth[..., 2:]) - np.maximum(boxes[..., :2], truth[..., :2])).clip(0, None)
-    sides, tall = boxes[..., 2:] - boxes[..., :2], truth[..., 3] - truth[..., 1]
-    fits = (shared.prod(axis=-1) >= _LEAST_INSIDE * sides.prod(axis=-1)) & (sides[..., 1] >= _LEAST_TALL * tall)
-    aside = np.abs(boxes[..., [0, 2]].mean(axis=-1) - truth[..., [0, 2]].mean(axis=-1)) / tall
+    boxes, truth = people.boxes_px, street.boxes_px
+    tall, heights = truth[:, 3] - truth[:, 1], boxes[:, 3] - boxes[:, 1]
+    inside = shared_areas(boxes, truth) >= _LEAST_INSIDE * areas_of(boxes)[:, None]
+    middles, true_middles = boxes[:, [0, 2]].mean(axis=1), truth[:, [0, 2]].mean(axis=1)
+    aside = np.abs(middles[:, None] - true_middles) / tall
+    fits = inside & (heights[:, None] >= _LEAST_TALL * tall)
     cost = np.where(fits, aside, np.inf)
     pairs: list[tuple[int, int]] = []
     while cost.size and np.isfinite(cost.min()):

@@ -73,7 +73,7 @@ def _points(value: Any) -> dict[str, tuple[int, int]]:
 
 
 def _mapping(value: Any) -> Mapping[str, Any] | None:
-    _need(value is None or isinstance(value, dict), "what was read of a person is an object")
+    _need(value is None or isinstance(value, dict), "what was read of a person or a photo is an object")
     return value
 
 
@@ -116,7 +116,7 @@ def _propose(notes: PhotoNotes, value: Value) -> PhotoNotes:
     _need(not known & {p.key for p in found} and len({p.key for p in found}) == len(found), "keys are used once")
     tags = [p.tag for p in (*notes.people, *found) if p.tag is not None]
     _need(len(set(tags)) == len(tags), "a person can be on a photo only once")
-    return replace(notes, people=(*notes.people, *found), proposed=pose)
+    return replace(notes, people=(*notes.people, *found), proposed=pose, read=_mapping(value.get("read")) or notes.read)
 
 
 def _add_person(notes: PhotoNotes, value: Value) -> PhotoNotes:

@@ -10,10 +10,10 @@ from collections.abc import Iterable, Sequence
 from ..benchmark.labels import BODY_FILE, FOCAL_FILES, PHOTOS_FILE, SETTINGS_FILE, TRUTH_FILE
 from ..camera.table import CameraRow
 from ..people.skeleton import PARTS
+from .keypoint_file import COCO_FILE, coco_file
 from .lens import for_shape
 from .photos import OwnPhoto
 from .places import Places
-from .starting import COCO_FILE, coco_file
 from .state import Annotations, PhotoNotes, in_order
 
 #: What the annotator states of lenses, in the form of `--camera-table`.

@@ -24,7 +24,7 @@ from .label_files import label_files
 from .photos import OwnPhoto, find_own_photos
 from .places import Places, remarks_on
 from .proposals import proposed_people
-from .starting import LabelFolder, is_label_folder, recorded_people
+from .starting import LabelFolder, is_label_folder, of_photo, recorded_people
 from .state import Annotations, PhotoNotes
 
 #: The log in the folder of annotations.
@@ -181,15 +181,16 @@ class Project:
             return self._from_label_folder(path) if is_label_folder(path) else self._from_keypoints(path)
 
     def _from_keypoints(self, path: str) -> tuple[int, int]:
-        recorded = Recorded(path)
+        recorded = Recorded(path, keep_beside=True)
         names = [photo.name for photo in self.photos]
         if not any(map(recorded.names, names)):
             raise SettingsError(f"{path}: names none of the {len(names)} photos, but {', '.join(recorded.photos[:2])}")
         counts: list[int] = []
+        named = {"pose": Path(path).name[:100]}
         for photo in self._untouched():
             people = recorded_people(recorded, photo, self._next_key(photo))
             if people is not None:
-                self._keep(photo, PROPOSE, {"pose": Path(path).name[:100], "people": people})
+                self._keep(photo, PROPOSE, {**named, "people": people, "read": of_photo(recorded, photo)})
                 counts.append(len(people))
         self.write()
         return len(counts), sum(counts)

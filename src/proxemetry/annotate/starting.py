@@ -1,7 +1,7 @@
 """Labels of another tool to begin with: keypoint files of every kind that is read, and KORTE's own label files.
 
-What the file gives of a person beside the four parts (joints, box, score, attributes, depth) is kept, and written back
-by `coco_file` with the points as they are now.
+What the file gives beside the four parts is kept, and written back by `keypoint_file.coco_file` with the points as they
+are now.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 import math
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any, cast
 
@@ -18,14 +18,13 @@ import numpy as np
 from ..benchmark.labels import BODY_FILE, LabelImage, Labels, read_labels, read_places
 from ..errors import SettingsError
 from ..people import People
-from ..people.skeleton import COCO_17, PARTS
+from ..people.skeleton import PARTS
+from ..pose.formats import EXTRA_JOINTS
 from ..pose.recorded import Recorded
 from .photos import OwnPhoto
 from .proposals import proposed_people
-from .state import Annotations, Person, PhotoNotes
+from .state import PhotoNotes
 
-#: The file that holds what was read, with the points as they are now.
-COCO_FILE = "coco_keypoints.json"
 #: Attributes that may name a person, as P3.
 _NAMES = ("person", "tag", "name", "id")
 _TAG = re.compile(r"P(0|[1-9]\d{0,2})")
@@ -45,11 +44,13 @@ def is_label_folder(path: str | Path) -> bool:
 def recorded_people(recorded: Recorded, photo: OwnPhoto, first_key: int) -> list[dict[str, Any]] | None:
     """Return the people of a photo as a "propose" action lists them, None where the file does not name the photo.
 
+    recorded: with what is not used of it.
+
     Raises KeypointsError where the file's numbers are of another photo.
     """
     if recorded.why_no_people(photo.photo) is not None or not recorded.names(photo.name):
         return None
-    people = recorded.detect(photo.photo)
+    people, beside = recorded.detect(photo.photo), recorded.beside(photo.photo)
     listed = proposed_people(people, photo.width, photo.height, first_key, keep_all=True)
     taken: set[str] = set()
     answer: list[dict[str, Any]] = []
@@ -62,18 +63,29 @@ def recorded_people(recorded: Recorded, photo: OwnPhoto, first_key: int) -> list
         if points is not None:
             entry["points"] = points
         kept = {key: v for key, v in attributes.items() if key not in _part_keys()}
-        answer.append({**entry, "tag": tag, "read": _read(people, k, kept)})
+        of_person = beside.people[k] if k < len(beside.people) else {}
+        answer.append({**entry, "tag": tag, "read": _read(people, k, kept, of_person)})
     return answer
 
 
-def _read(people: People, k: int, attributes: Mapping[str, str]) -> dict[str, Any]:
+def of_photo(recorded: Recorded, photo: OwnPhoto) -> dict[str, Any]:
+    """Return what a file has of a photo beside its people, as a "propose" action keeps it."""
+    found = recorded.beside(photo.photo)
+    fields = {"image": found.image, "annotations": list(found.annotations), "file": found.file}
+    return {name: value for name, value in fields.items() if value}
+
+
+def _read(people: People, k: int, attributes: Mapping[str, str], beside: Mapping[str, Any]) -> dict[str, Any]:
     """Return what a file gives of a person, as JSON values."""
     joints = {
         name: [round(float(x), 2), round(float(y), 2), round(float(score), 4)]
         for name, (x, y), score in zip(people.skeleton.joints, people.keypoints_px[k], people.scores[k], strict=True)
         if math.isfinite(x) and math.isfinite(y)
     }
+    joints |= {name: [round(x, 2), round(y, 2), score] for name, (x, y, score) in beside.get(EXTRA_JOINTS, {}).items()}
     found: dict[str, Any] = {"joints": joints}
+    if rest := {name: value for name, value in beside.items() if name != EXTRA_JOINTS}:
+        found["beside"] = rest
     if np.isfinite(people.boxes_px[k]).all():
         found["box"] = [round(float(v), 2) for v in people.boxes_px[k]]
     if people.person_scores[k] > 0:
@@ -88,7 +100,7 @@ def _part_keys() -> dict[str, str]:
 
 
 def _stated_points(attributes: Mapping[str, str], photo: OwnPhoto) -> dict[str, list[int]] | None:
-    """Return the four parts as `coco_file` wrote them, None where a file does not state them."""
+    """Return the four parts as `keypoint_file.coco_file` wrote them, None where a file does not state them."""
     found: dict[str, list[int]] = {}
     stated = [key for key in _part_keys() if key in attributes]
     for key in stated:
@@ -99,60 +111,6 @@ def _stated_points(attributes: Mapping[str, str], photo: OwnPhoto) -> dict[str, 
         if 0 <= x < photo.width and 0 <= y < photo.height:
             found[_part_keys()[key]] = [x, y]
     return found if stated else None
-
-
-def coco_file(now: Annotations, photos: Sequence[OwnPhoto]) -> bytes | None:
-    """Return COCO annotations of all people where some were read from a file, None where none were.
-
-    Joints, boxes, scores, depths and attributes are those that were read. The attributes `person` and `eyes_px`,
-    `shoulder_px`, `torso_px` and `head_px` are the person's tag and points as they are now.
-    """
-    kept = [(photo, now.photo(photo.sha256)) for photo in photos]
-    kept = [(photo, notes) for photo, notes in kept if notes.people]
-    if not any(person.read for _, notes in kept for person in notes.people):
-        return None
-    joints = _joints(person for _, notes in kept for person in notes.people)
-    images = [
-        {"id": k, "file_name": photo.name, "width": photo.width, "height": photo.height}
-        for k, (photo, _) in enumerate(kept, start=1)
-    ]
-    people = [(k, person) for k, (_, notes) in enumerate(kept, start=1) for person in notes.people]
-    annotations = [
-        {"id": number, "image_id": k, "category_id": 1, "iscrowd": 0, **_annotation(person, joints)}
-        for number, (k, person) in enumerate(people, start=1)
-    ]
-    category = {"id": 1, "name": "person", "supercategory": "person", "keypoints": joints, "skeleton": []}
-    content = {"images": images, "annotations": annotations, "categories": [category]}
-    return (json.dumps(content, indent=1, ensure_ascii=False) + "\n").encode()
-
-
-def _joints(people: Iterable[Person]) -> list[str]:
-    found = dict.fromkeys(COCO_17.joints)
-    for person in people:
-        found |= dict.fromkeys((person.read or {}).get("joints", {}))
-    return list(found)
-
-
-def _annotation(person: Person, joints: Sequence[str]) -> dict[str, Any]:
-    read = person.read or {}
-    seen: Mapping[str, list[float]] = read.get("joints", {})
-    where = [seen.get(joint, [0, 0, 0]) for joint in joints]
-    x0, y0, x1, y1 = read.get("box", (0, 0, 0, 0))
-    points = {f"{part.lower()}_px": list(point) for part, point in person.points.items()}
-    known = {name: read[name] for name in ("score", "depth_m", "depth_sd_m") if name in read}
-    return {
-        "keypoints": [v for x, y, score in where for v in (x, y, _visibility(score))],
-        "num_keypoints": len(seen),
-        "keypoint_scores": [score for *_, score in where],
-        **({"bbox": [x0, y0, x1 - x0, y1 - y0], "area": (x1 - x0) * (y1 - y0)} if "box" in read else {}),
-        **known,
-        "attributes": {**read.get("attributes", {}), **({"person": person.tag} if person.tag else {}), **points},
-    }
-
-
-def _visibility(score: float) -> int:
-    """Return COCO's word for a joint: not labelled, labelled but hidden, seen."""
-    return 0 if score <= 0 else 1 if score <= 0.5 else 2
 
 
 # The benchmark's own label files

@@ -26,7 +26,7 @@ class Person:
 
     points: part -> whole pixel of the upright full-size photo, only the parts that are annotated. by: who set the
     points first, a back end's name or "" for a person. read: what else a file of another tool says of them, as JSON
-    values: joints, box, score, attributes.
+    values: joints, box, score, attributes, and under `beside` what is not used.
     """
 
     key: int
@@ -50,7 +50,7 @@ class PhotoNotes:
     """What is annotated on one photo. shoot, camera: where it belongs. lens: as stated, None for the file's own.
 
     proposed: the back end whose people were taken in, None before. done: its annotator is content. skipped: it is left
-    out of the benchmark.
+    out of the benchmark. read: what a file of another tool has of the photo beside its people, as JSON values.
     """
 
     people: tuple[Person, ...] = ()
@@ -60,6 +60,7 @@ class PhotoNotes:
     proposed: str | None = None
     done: bool = False
     skipped: bool = False
+    read: Mapping[str, Any] | None = None
 
     def person(self, key: int) -> Person | None:
         """Return the person of that key."""

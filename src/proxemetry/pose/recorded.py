@@ -21,7 +21,7 @@ from ..people import People
 from ..people.skeleton import COCO_17, Skeleton
 from ..photo import Photo
 from . import PoseOptions
-from .formats import RecordedPhoto, read
+from .formats import Beside, RecordedPhoto, read
 from .turned import is_unturned, upright
 
 #: How far the aspect ratios of a photo and of the photo in the file may be apart: what rounding a resize makes.
@@ -39,9 +39,12 @@ class Recorded:
     of COCO's image id where that is its name: 139.jpg, 000000000139.jpg, or COCO_val2014_000000000139.jpg.
     """
 
-    def __init__(self, path: str | Path) -> None:
+    def __init__(self, path: str | Path, *, keep_beside: bool = False) -> None:
+        """Read a file or folder. keep_beside: with what is not used of it, which takes several times the memory."""
         self._path = Path(path)
         recordings = read(self._path)
+        if not keep_beside:
+            recordings = replace(recordings, photos=tuple(replace(r, beside=Beside()) for r in recordings.photos))
         self._lists_empty = recordings.lists_empty
         self._by_name = _by_unique_name(self._path, recordings.photos)
         self._by_base = _unless_shared((PurePosixPath(name).name, r) for name, r in self._by_name.items())
@@ -106,6 +109,22 @@ class Recorded:
                 f"{recording.width:.0f} x {recording.height:.0f} (turned or cropped?)"
             )
         return people.scaled(photo.width / recording.width, photo.height / recording.height)
+
+    def beside(self, photo: Photo) -> Beside:
+        """Return what the file has of a photo and is not used, in the photo's full-size pixels, where it was kept.
+
+        What is known to be pixels is left out where the tool saw the photo unturned. Raises what `detect` raises.
+        """
+        recording = self._recording(photo.name)
+        if recording is None:
+            return Beside()
+        now = self.detect(photo).keypoints_px
+        if np.array_equal(now, recording.people.keypoints_px, equal_nan=True):
+            return recording.beside
+        width, height = recording.width, recording.height
+        if width is None or height is None or is_unturned(photo, width, height):
+            return recording.beside.scaled(None)
+        return recording.beside.scaled((photo.width / width, photo.height / height))
 
     def names(self, photo: str) -> bool:
         """Return whether the recording has a photo of that name."""

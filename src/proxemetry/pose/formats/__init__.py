@@ -10,9 +10,10 @@ from typing import Any, cast
 from ...errors import KeypointsError
 from ...files import parse_json, read_text, reason_of
 from . import coco, label_studio, mot, openpose, own, toolboxes
+from .beside import EXTRA_JOINTS, Beside
 from .recording import RecordedPhoto, naming, refuse_fractions
 
-__all__ = ["RecordedPhoto", "Recordings", "read"]
+__all__ = ["EXTRA_JOINTS", "Beside", "RecordedPhoto", "Recordings", "read"]
 
 _KINDS = (
     "our own, COCO annotations or results, OpenPose, MMPose, ViTPose, Ultralytics, Label Studio and MOT files are "

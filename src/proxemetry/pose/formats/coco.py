@@ -10,6 +10,7 @@ import numpy as np
 
 from ...errors import KeypointsError
 from ...people import People
+from .beside import Beside
 from .recording import (
     Person,
     RecordedPhoto,
@@ -37,23 +38,28 @@ def read_annotations(where: str, content: Mapping[str, Any]) -> list[RecordedPho
             persons[str(image["id"])] = []
     with naming(f"{where}, categories"):
         names, others = _categories(content.get("categories", []))
+    unused: dict[str, list[Mapping[str, Any]]] = {image: [] for image in persons}
     strangers = 0  # a file may list some of its images alone, but not others alone
     for number, entry in enumerate(content["annotations"]):
         with naming(f"{where}, annotations[{number}]"):
             found = persons.get(str(entry["image_id"]))
             strangers += found is None
-            if str(entry.get("category_id")) in others:
+            if found is None:
                 continue
-            if found is not None and entry.get("keypoints") and not entry.get("iscrowd"):
+            if str(entry.get("category_id")) in others or not entry.get("keypoints") or entry.get("iscrowd"):
+                unused[str(entry["image_id"])].append(entry)
+            else:
                 found.append(_annotated(entry).stating(entry))
     if strangers and strangers == len(content["annotations"]):
         raise KeypointsError(f"{where}: no annotation's image_id is among the images' ids")
+    file = {name: value for name, value in content.items() if name not in ("images", "annotations")}
     answer: list[RecordedPhoto] = []
     for number, image in enumerate(content["images"]):
         with naming(f"{where}, images[{number}]"):
             width, height = size_of(image)
-            people = _people(persons[str(image["id"])], names)
-            answer.append(RecordedPhoto(str(image["file_name"]), people, width, height))
+            people, of_each = _people(persons[str(image["id"])], names)
+            beside = Beside(of_each, image, tuple(unused[str(image["id"])]), file)
+            answer.append(RecordedPhoto(str(image["file_name"]), people, width, height, beside=beside))
     return answer
 
 
@@ -89,7 +95,8 @@ def read_results(where: str, content: Sequence[Mapping[str, Any]]) -> list[Recor
     for identity, found in persons.items():
         with naming(f"{where}, image_id {identity}"):
             number = int(identity) if str(identity).isdecimal() else None
-            answer.append(RecordedPhoto(str(identity), _people(found, None), number=number))
+            people, of_each = _people(found, None)
+            answer.append(RecordedPhoto(str(identity), people, number=number, beside=Beside(of_each)))
     return answer
 
 
@@ -109,6 +116,7 @@ def _box(entry: Mapping[str, Any]) -> list[float] | None:
     return [x, y, x + width, y + height]
 
 
-def _people(persons: list[Person], names: Sequence[str] | None) -> People:
+def _people(persons: list[Person], names: Sequence[str] | None) -> tuple[People, tuple[Mapping[str, Any], ...]]:
+    """Return people, and what else the file has of each."""
     skeleton, persons = by_count(persons) if names is None else renamed(names, persons)
-    return people_of(skeleton, persons)
+    return people_of(skeleton, persons), tuple(person.beside for person in persons)

@@ -9,6 +9,7 @@ import numpy as np
 
 from ...errors import KeypointsError
 from ...people.skeleton import BODY_25, COCO_17, Skeleton
+from .beside import Beside
 from .recording import Person, RecordedPhoto, naming, people_of, person_of
 
 ENDING = "_keypoints.json"
@@ -37,7 +38,9 @@ def read_openpose(where: str, photo: str, content: Mapping[str, Any]) -> Recorde
                 skeleton, person = COCO_17, Person(person.keypoints[_FROM_18], person.scores[_FROM_18])
             persons.append(person.stating(entry))
     with naming(where):
-        return RecordedPhoto(photo, people_of(skeleton, persons))
+        file = {name: value for name, value in content.items() if name != "people"}
+        beside = Beside(tuple(person.beside for person in persons), file=file)
+        return RecordedPhoto(photo, people_of(skeleton, persons), beside=beside)
 
 
 def _refuse_fractions(person: Person) -> None:

@@ -18,6 +18,7 @@ from ...people.attributes import Attributes, attributes_of
 from ...people.skeleton import COCO_17, HALPE_26, Skeleton
 from ...photo import LARGEST_PX
 from ..bare_arrays import BY_COUNT, WHOLE_BODIES, are_fractions, skeleton_of
+from .beside import EXTRA_JOINTS, TAKEN, Beside
 
 #: The source of recorded people, for weighing joints: a detector that was not measured.
 SOURCE = "recorded"
@@ -47,7 +48,7 @@ class RecordedPhoto:
 
     photo: its name, without its ending where the file does not state it. people: in pixels of a photo of width x
     height, or of the full-size photo where these are None; 1 x 1 where coordinates are fractions. camera: in pixels of
-    width x height, or None. number: COCO's image id, where the file has nothing else.
+    width x height, or None. number: COCO's image id, where the file has nothing else. beside: what else the file has.
     """
 
     photo: str
@@ -56,13 +57,15 @@ class RecordedPhoto:
     height: float | None = None
     camera: Camera | None = None
     number: int | None = None
+    beside: Beside = field(default_factory=Beside)
 
 
 @dataclass(frozen=True, eq=False)
 class Person:
     """One person's numbers: keypoints (K, 2), scores (K,), and a box x0, y0, x1, y1 and a score where given.
 
-    depth_m, depth_sd_m, attributes: as `People` has them; NaN and none where the file has none.
+    depth_m, depth_sd_m, attributes: as `People` has them; NaN and none where the file has none. beside: what else the
+    file has of the person, see `Beside`.
     """
 
     keypoints: FloatArray
@@ -72,6 +75,7 @@ class Person:
     depth_m: float = math.nan
     depth_sd_m: float = math.nan
     attributes: Attributes = field(default_factory=dict[str, str])
+    beside: Mapping[str, Any] = field(default_factory=dict[str, Any])
 
     def stating(self, entry: Mapping[str, Any]) -> Person:
         """Return the person with what an entry of any JSON format may add: depth_m, depth_sd_m, attributes.
@@ -88,6 +92,7 @@ class Person:
             depth_m=math.nan if depth is None else _metres("depth_m", depth),
             depth_sd_m=math.nan if sd is None else _metres("depth_sd_m", sd),
             attributes=attributes_of(entry.get("attributes")),
+            beside={**self.beside, **{name: value for name, value in entry.items() if name not in TAKEN}},
         )
 
 
@@ -195,13 +200,25 @@ def renamed(names: Sequence[str], persons: Sequence[Person]) -> tuple[Skeleton, 
         raise KeypointsError(f"no joints called left_shoulder and right_shoulder among {', '.join(plain[:6])}, ...")
     rows = [plain.index(joint) if joint in plain else -1 for joint in skeleton.joints]
     order = np.array(rows)
+    left = {name: row for row, name in enumerate(plain) if row not in rows}
     answer: list[Person] = []
     for person in persons:
         if len(person.scores) != len(plain):
             raise KeypointsError(f"{len(person.scores)} keypoints for {len(plain)} named joints")
         keypoints = np.where(order[:, None] < 0, np.nan, person.keypoints[order])
-        answer.append(replace(person, keypoints=keypoints, scores=np.where(order < 0, 0.0, person.scores[order])))
+        scores = np.where(order < 0, 0.0, person.scores[order])
+        answer.append(replace(_with_extra(person, left), keypoints=keypoints, scores=scores))
     return skeleton, answer
+
+
+def _with_extra(person: Person, rows: Mapping[str, int]) -> Person:
+    """Return a person with what was seen of these joints, by name their rows, beside the others."""
+    extra = {
+        name: [*person.keypoints[row].tolist(), float(person.scores[row])]
+        for name, row in rows.items()
+        if np.isfinite(person.keypoints[row]).all()
+    }
+    return replace(person, beside={**person.beside, EXTRA_JOINTS: extra}) if extra else person
 
 
 def by_count(persons: Sequence[Person]) -> tuple[Skeleton, list[Person]]:
@@ -213,9 +230,12 @@ def by_count(persons: Sequence[Person]) -> tuple[Skeleton, list[Person]]:
     if skeleton is None:
         known = ", ".join(str(n) for n in sorted({*BY_COUNT, *WHOLE_BODIES}))
         raise KeypointsError(f"{count} keypoints fit no known skeleton ({known} joints do)")
-    body = slice(len(skeleton))
+    body, left = slice(len(skeleton)), {f"joint_{row + 1}": row for row in range(len(skeleton), count)}
     return skeleton, [
-        replace(p, keypoints=p.keypoints[body], scores=p.scores[body]) if len(p.scores) == count else p for p in persons
+        replace(_with_extra(p, left), keypoints=p.keypoints[body], scores=p.scores[body])
+        if len(p.scores) == count
+        else p
+        for p in persons
     ]
 
 

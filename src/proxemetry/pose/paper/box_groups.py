@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...arrays import FloatArray
+from ...overlap import shared_areas
 
 
 @dataclass(frozen=True)
@@ -29,9 +30,7 @@ def grouped(boxes_px: FloatArray) -> list[BoxGroup]:
     Every box is in exactly one group, whatever the order; touching edges are no overlap, identical boxes are one.
     """
     boxes = np.asarray(boxes_px, dtype=float).reshape(-1, 4)
-    low = np.maximum(boxes[:, None, :2], boxes[None, :, :2])
-    high = np.minimum(boxes[:, None, 2:], boxes[None, :, 2:])
-    linked = (high > low).all(axis=-1)
+    linked = shared_areas(boxes, boxes) > 0
     group = np.arange(len(boxes))
     while True:
         # the lowest number among those that one overlaps, oneself included, until nothing changes any more
