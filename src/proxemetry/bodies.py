@@ -36,7 +36,7 @@ class Floor:
 
 @dataclass(frozen=True)
 class Intrinsics:
-    """What the people made of the camera's own intrinsics, with whose help they are placed.
+    """The camera's intrinsics as adjusted by the people, with which they are placed.
 
     focal_factor: their focal length over the camera's. shift: of the principal point, right and down, in the camera's
     focal lengths.

@@ -1,4 +1,4 @@
-"""What a drone writes down of its camera: height above the start and the gimbal's angles, in XMP or in subtitles."""
+"""What a drone records about its camera: height above the start and the gimbal's angles, in XMP or in subtitles."""
 
 from __future__ import annotations
 

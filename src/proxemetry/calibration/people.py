@@ -145,8 +145,8 @@ def from_people(
 
     camera: the intrinsics, believed within their standard deviations; with focal_known False its focal length is only
     where the search begins. recurring: the same people may be in every photo, and who is who is unknown: then they
-    count as no more than one photo shows. least_seen: in frames that follow each other, who is seen less often is taken
-    for a false detection. Raises CameraError where they determine no camera.
+    count as no more than one photo shows. least_seen: in consecutive frames, people seen less often are taken
+    for false detections. Raises CameraError where they determine no camera.
     """
     settings = settings or LocateSettings()
     people, persons = gathered.chosen(least_seen)

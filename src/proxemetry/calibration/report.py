@@ -1,4 +1,4 @@
-"""What a calibration means to a person: its numbers, what half a degree does, and the floor drawn on the picture."""
+"""A calibration for the user to judge: its numbers, what half a degree does, and the floor drawn on the picture."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""One lens from the people of many photos of it: of a camera that stayed, with its place, or of one carried about."""
+"""One lens from the people of many photos of it: of a camera that stayed, with its place, or of one that moved."""
 
 from __future__ import annotations
 

@@ -36,7 +36,7 @@ class Camera:
     `fx`, `fy`, `cx`, `cy`, `width`, `height` are in pixels of the upright photo. `distortion` is OpenCV's
     (k1, k2, p1, p2, k3). `focal_rel_sd` is the relative standard deviation of the focal length (0 = exact),
     `principal_sd_px` that of the principal point in pixels (a crop's is unknown). `source` is where the focal
-    length came from; a plain text is taken for the user's word.
+    length came from; a plain text counts as stated by the user.
 
     Raises CameraError where a focal length or a size is not a positive finite number, or a standard deviation negative.
     """

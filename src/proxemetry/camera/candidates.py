@@ -1,4 +1,4 @@
-"""Every answer to what a photo's focal length is, from the user's word, the file's metadata and lens data."""
+"""Every candidate for a photo's focal length, from the user's statements, the file's metadata and lens data."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ _COUNTS_ZOOM = {"apple": True, "google": False}
 
 @dataclass(frozen=True)
 class Found:
-    """A candidate, and what ties its pixels to the lens: where the user states millimetres, that is the file's word.
+    """A candidate, and what ties its pixels to the lens: where the user states millimetres, that is the file.
 
     basis is the candidate's own kind where it needs nothing else.
     """

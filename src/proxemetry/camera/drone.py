@@ -1,4 +1,4 @@
-"""Where a drone's photo was taken from, by what the drone wrote into the file: its height and its gimbal's angles."""
+"""Where a drone's photo was taken from, as the drone recorded it in the file: its height and its gimbal's angles."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ SOURCE = "the drone's file"
 def flight_mount(flight: Flight | None) -> Mount | None:
     """Return the camera's place from a file's flight data, None where they have none that is possible.
 
-    Pitch, roll and height may each be missing. The height is the one above the start: where people stand higher or
-    lower, they contradict it, and prevail.
+    Pitch, roll and height may each be missing. The height is the one above the take-off point: where people stand
+    higher or lower, they contradict it, and prevail.
     """
     if flight is None:
         return None

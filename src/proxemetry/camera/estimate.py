@@ -33,7 +33,7 @@ class Witness(StrEnum):
 
     @property
     def words(self) -> str:
-        """The witness as a person reads it, and what it is asked."""
+        """The source of evidence in words, and what it is evidence on."""
         return _WITNESSES[self]
 
 
@@ -49,7 +49,7 @@ _WITNESSES = {
 
 @dataclass(frozen=True)
 class Testimony:
-    """What a witness says of a photo's camera, or why nothing, in words. counted: whether it is part of the answer."""
+    """What a source of evidence says, or why nothing, in words. counted: whether it is part of the answer."""
 
     witness: Witness
     words: str

@@ -1,4 +1,4 @@
-"""From a photo's metadata and the user's word to a camera, with its source and uncertainty (METHOD section 7).
+"""From a photo's metadata and the user's statements to a camera, with its source and uncertainty (METHOD section 7).
 
 The order of what decides:
 

@@ -63,8 +63,8 @@ class SameShoot:
     """What the people in many photos of one size show about their one camera (that it is one, the user states).
 
     log_focal_px, log_sd: of the focal length in pixels. photos, people: how many it rests on, people counted as no more
-    than one photo shows at once where nobody knows who recurs. mount: where the camera stood, of the photos that show
-    the same background; None where it was carried about.
+    than one photo shows at once where it is unknown who recurs. mount: where the camera stood, of the photos that show
+    the same background; None where it moved.
     """
 
     log_focal_px: float

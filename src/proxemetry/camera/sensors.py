@@ -1,7 +1,7 @@
 """Sensors that exist: their sizes, and how many pixels cameras have put on them.
 
 A focal plane resolution implies a sensor. One that was never built shows that the pixels are not those the camera
-stored: the photo was made smaller since, or the tag is wrong.
+stored: the photo was scaled down, or the tag is wrong.
 
 Sizes and the smallest and largest long sides are those of makers' data sheets from 1999 to 2024, as gathered in
 lensfun's database, Wikipedia's "Image sensor format" and dpreview's camera timeline; of a pixel-shift composite the

@@ -9,7 +9,7 @@ from typing import Any
 
 
 class FocalBasis(StrEnum):
-    """What a focal length rests on: a person's word, the photo's file, the picture or its like, or a guess."""
+    """What a focal length rests on: a statement, the photo's file, the picture or others of the camera, or a guess."""
 
     STATED = "stated"
     RECORDED = "recorded"
@@ -18,7 +18,7 @@ class FocalBasis(StrEnum):
 
 
 class FocalSource(StrEnum):
-    """Who or what gave a focal length. The values are those of the JSON form."""
+    """What gave a focal length. The values are those of the JSON form."""
 
     USER = "user"
     CAMERA_TABLE = "camera_table"

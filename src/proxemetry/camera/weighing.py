@@ -1,6 +1,6 @@
-"""Which of a file's answers to believe: what each implies of the sensor, which agree, and what stays possible.
+"""Which of a file's values to believe: what each implies about the sensor, which agree, and what stays possible.
 
-Each answer has its own way of being wrong. The focal plane resolution is a property of the pixels as the camera stored
+Each value has its own way of being wrong. The focal plane resolution is a property of the pixels as the camera stored
 them: a resize whose writer renews the stored size, a raw developer that keeps the preview's, firmware or a phone break
 it, by any factor. The 35 mm equivalent and the crop factor speak of the whole picture: a crop breaks both. So
 
@@ -230,8 +230,8 @@ def _is_of_its_time(photo: Photo, implied: _Implied) -> bool:
     """Whether a photo has as many pixels as a camera had that the lens database does not know.
 
     The database has nearly all cameras with a large sensor but the latest, whose pictures are larger than what was made
-    smaller for a page. Of a compact camera the long side must be one that such cameras had and that nobody makes photos
-    smaller to.
+    smaller for a page. Of a compact camera the long side must be one that such cameras had and that photos are not
+    scaled to.
     """
     long_side = max(photo.width, photo.height)
     if max(implied.size_mm) >= _LARGE_MM:
@@ -240,7 +240,7 @@ def _is_of_its_time(photo: Photo, implied: _Implied) -> bool:
 
 
 def _may_be_native(photo: Photo, implied: _Implied) -> bool:
-    """Whether a long side is one that compact cameras have, and that photos are made smaller to alike."""
+    """Whether a long side is one that compact cameras have, and that photos are scaled to as well."""
     long_side = max(photo.width, photo.height)
     return long_side in _COMPACTS_PX and max(implied.size_mm) < _LARGE_MM and not _is_too_small(photo, implied)
 

@@ -52,7 +52,7 @@ _LEAST_MEMORY_BYTES = 1_500_000_000
 
 
 class _Parser(argparse.ArgumentParser):
-    """A parser whose refusals are one line: the usage of a command with thirty options buries what was wrong.
+    """A parser whose refusals are one line: the usage of a command with thirty options would bury what was wrong.
 
     Photos may be named after options too: argparse by itself takes all positional arguments from their first place.
     """
@@ -106,7 +106,7 @@ def _print_completion(parser: argparse.ArgumentParser, shell: str) -> int:
 
 
 class Once(argparse.Action):
-    """An option that may be given once: of two answers neither is dropped in silence."""
+    """An option that may be given once: neither of two values is dropped silently."""
 
     def __call__(
         self, parser: argparse.ArgumentParser, namespace: argparse.Namespace, values: object, option: str | None = None
@@ -141,7 +141,7 @@ def end_as_by_ctrl_c() -> None:
         return  # a program that runs a command in a thread handles the signals itself
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     hang_up = getattr(signal, "SIGHUP", None)
-    if hang_up is not None and signal.getsignal(hang_up) != signal.SIG_IGN:  # nohup means it
+    if hang_up is not None and signal.getsignal(hang_up) != signal.SIG_IGN:  # nohup asks for that
         signal.signal(hang_up, lambda *_: signal.raise_signal(signal.SIGTERM))  # as whoever has taken that over since
 
 

@@ -103,7 +103,7 @@ def _tell_progress(done: int, total: int) -> None:
 
 
 def _check(project: Project) -> int:
-    """Print every fault, and return how many are none that may stay."""
+    """Print every fault, and return how many are not harmless."""
     for doubt in project.doubts():
         print(f"proxemetry: {doubt}", file=sys.stderr)
     faults = project.check()

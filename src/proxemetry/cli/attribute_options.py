@@ -1,4 +1,4 @@
-"""The option for whose pairs count, of every command that counts pairs."""
+"""The option for which pairs count, of every command that counts pairs."""
 
 from __future__ import annotations
 

@@ -49,12 +49,12 @@ def add_mount_option(parser: argparse.ArgumentParser) -> None:
 
 
 def stated_mount(args: argparse.Namespace) -> Mount | None:
-    """Return what `--mount` names, or None; raises CameraError where it is no mount."""
+    """Return the mount that `--mount` names, or None; raises CameraError where it is not a mount."""
     return Mount.read(args.mount) if args.mount else None
 
 
 def focal_request(args: argparse.Namespace) -> FocalRequest:
-    """Return what the options state, saying on standard error what of it is doubtful.
+    """Return what the options state; what is doubtful about it is printed on standard error.
 
     Raises SettingsError or CameraError where options contradict each other.
     """

@@ -32,7 +32,7 @@ def words_of(photo: Photo, estimate: CameraEstimate, people_asked: bool) -> list
 
 
 def _candidates(photo: Photo, estimate: CameraEstimate) -> Iterator[str]:
-    """Yield every answer to the focal length, with an arrow at the chosen one and what spoke for it."""
+    """Yield every answer to the focal length, with an arrow at the chosen one and the reason for it."""
     camera = estimate.camera
     chosen = next((k for k, c in enumerate(estimate.candidates) if camera and c.source == camera.source), None)
     for k, candidate in enumerate(estimate.candidates):
@@ -79,7 +79,7 @@ def _introduced(flag: Flag, estimate: CameraEstimate) -> str:
 
 
 def _is_said(flag: Flag) -> bool:
-    """Whether the arrow's own line says it."""
+    """Whether the line with the arrow says it."""
     return flag.doubt is Doubt.ASSUMED
 
 

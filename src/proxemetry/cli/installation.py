@@ -1,4 +1,4 @@
-"""What of the software is on this machine: `proxemetry doctor` without photos."""
+"""What is installed on this machine: `proxemetry doctor` without photos."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`proxemetry models`: the networks' files - what there is, where they lie, whether they are whole."""
+"""`proxemetry models`: the networks' files - what there is, where they are, whether they are intact."""
 
 from __future__ import annotations
 

@@ -33,7 +33,7 @@ def pose_options(args: argparse.Namespace) -> PoseOptions:
 
 
 def add_body_options(parser: Options) -> None:
-    """Add whose body lengths are expected."""
+    """Add the options for the body lengths to expect."""
     defaults = LocateSettings()
     parser.add_argument(
         "--body-size", default=defaults.body_size, choices=BODY_SIZES,
@@ -51,7 +51,7 @@ def child_weight(args: argparse.Namespace) -> float:
 
 
 def add_run_options(parser: Options) -> None:
-    """Add how the work is done."""
+    """Add the options for how the work is done."""
     parser.add_argument(
         "--jobs", type=int, metavar="N", help="worker processes (default: one per core; 0: none, for debugging)"
     )

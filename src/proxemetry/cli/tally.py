@@ -1,4 +1,4 @@
-"""What a run came to, printed: a line a photo for a few, the totals for all."""
+"""The results of a run, printed: a line per photo for small runs, the totals for all."""
 
 from __future__ import annotations
 

@@ -66,7 +66,7 @@ def text_of(*values: Any) -> str | None:
 def date_of(*values: Any) -> str | None:
     """Return the first usable date as ISO 8601: "20180724" and "2018:07:24 11:22:45" become "2018-07-24...".
 
-    An editor's word (IPTC, XMP) comes before the camera's: the EXIF date of a scan is the scanner's.
+    What an editor wrote (IPTC, XMP) comes before the camera's: the EXIF date of a scan is the scanner's.
     """
     for value in values:
         text = text_of(value) or ""

@@ -53,7 +53,7 @@ class Crop:
 
 @dataclass(frozen=True)
 class Flight:
-    """What a drone wrote down of its camera; None where it did not.
+    """What a drone recorded about its camera; None where it did not.
 
     height_m: above the take-off point. gimbal_pitch_deg: negative looks down. gimbal_roll_deg: as the drone has it.
     """

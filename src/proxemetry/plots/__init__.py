@@ -53,7 +53,7 @@ def circles(scene: Scene, photo: Photo | None, *, within_m: float = 2.0, faces: 
 
     Circles have the limit, metres, as their diameter: they touch where two people are nearer, and lines say how
     probable that is. photo, faces: as `overlay` takes them. Where no floor was found they lie at the height of the
-    bodies. Raises PhotoError where the photo cannot be decoded, SettingsError for an unknown value of `faces` or a
+    bodies. Raises PhotoError where the photo cannot be decoded, SettingsError for an unknown value of `faces` or an
     impossible limit.
     """
     _check(faces, within_m)

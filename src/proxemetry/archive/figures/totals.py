@@ -1,4 +1,4 @@
-"""What a run came to in numbers, from the tables that it wrote: the totals, a line a photo, and why photos failed."""
+"""The results of a run in numbers, from its tables: the totals, a line per photo, and why photos failed."""
 
 from __future__ import annotations
 
