@@ -1,5 +1,6 @@
 """The clip with people and distances drawn in: what is drawn, whose heads are shown, and that files play."""
 
+import csv
 import importlib.util
 
 import cv2
@@ -47,10 +48,18 @@ def tracks_of(scene):
     return {row: (row + 1, float(x), float(z)) for row, (x, _, z) in enumerate(scene.bodies.positions_m)}
 
 
-def test_the_file_has_every_frame_and_plays(made, tmp_path, capsys):
+def test_the_file_has_every_frame_and_plays(made, tmp_path, capsys, monkeypatch):
     av = pytest.importorskip("av")
+    write, written = annotate._write, set[str]()
+    monkeypatch.setattr(annotate, "_write", lambda *what: (written.add(what[1]), write(*what)))
     assert video(made, tmp_path / "out", "--annotated") == 0
     assert "annotated.mp4" in capsys.readouterr().out
+    with (tmp_path / "out" / "people.csv").open(newline="") as file:
+        doubtful = {r["track"]: r["doubt"] != "none" for r in csv.DictReader(file)}
+    assert len(doubtful) == 4 and set(doubtful.values()) == {False, True}  # of two companions one may be the other
+    assert {f"{track}?" if doubt else track for track, doubt in doubtful.items()} == {
+        w for w in written if "m" not in w
+    }
     path = str(tmp_path / "out" / "annotated.mp4")
     with av.open(path) as file:
         stream = file.streams.video[0]

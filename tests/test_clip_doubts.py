@@ -9,7 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from proxemetry.cli import main
-from proxemetry.clip.doubts import counts, of_most, require_some
+from proxemetry.clip.doubts import counts, of_most, of_sightings, require_some
+from proxemetry.clip.placing import Placed
+from proxemetry.clip.sightings import Sightings
 from proxemetry.errors import SettingsError
 from proxemetry.people.attributes import PairsWhere
 from proxemetry.people.doubts import PersonDoubt
@@ -32,6 +34,13 @@ def test_neither_the_order_of_frames_nor_how_many_there_are_makes_a_difference(s
     mixed = sightings * 3
     random.shuffle(mixed)
     assert of_most(mixed) == of_most(sightings)
+
+
+def test_what_bridges_a_gap_has_no_doubts_of_its_own():
+    seen = Sightings.of_places(0.0, np.zeros((2, 2)))
+    placed = [Placed(seen, "ok", None, 2, {}, (), ((LEGS,), ())), Placed(seen, "ok", None, 2, {})]
+    frames, rows = np.array([0, 0, 0, 1]), np.array([0, 1, -1, 0])
+    assert of_sightings(frames, rows, placed) == [(LEGS,), (), None, None]
 
 
 def where(*texts):
