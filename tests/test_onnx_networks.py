@@ -59,6 +59,24 @@ def test_batches_and_threads_change_nothing(tmp_path: Path) -> None:
         assert np.allclose(found[0].keypoints_px, other.keypoints_px, atol=1e-3)
 
 
+def test_inputs_are_made_when_their_turn_comes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    specification(tmp_path, "simcc")
+    pose = next(path for path in tmp_path.glob("*.onnx") if "pose" in path.name)
+    network, events = Network(pose, threads=1), []
+    image = np.zeros((1, 3, *reversed(network.input_size or (0, 0))), np.float32)
+
+    def make(number: int) -> np.ndarray:
+        events.append(f"made {number}")
+        return image + number
+
+    real = network._run
+    monkeypatch.setattr(network, "_run", lambda inputs: events.append(f"run {inputs[0, 0, 0, 0]:.0f}") or real(inputs))
+    answers = network.run_made([lambda number=number: make(number) for number in range(3)])
+    assert events == ["made 0", "run 0", "made 1", "run 1", "made 2", "run 2"]
+    for one, other in zip(answers, network.run(np.concatenate([image, image + 1, image + 2])), strict=True):
+        assert np.array_equal(one, other)
+
+
 def test_a_person_on_a_seam_of_tiles_is_one_person(tmp_path: Path) -> None:
     source = specification(tmp_path)
     text = Path(source).read_text().replace('colours = "bgr"', 'colours = "bgr"\ntiles = [1.0, 0.7]')

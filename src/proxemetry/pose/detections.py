@@ -15,7 +15,7 @@ from ..arrays import FloatArray
 from ..errors import ModelError
 from ..overlap import pairwise_iou
 from ..people.rival import Rival
-from .rivals import rivals_of
+from .rivals import LEAST_RATIO, rivals_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,9 +115,10 @@ def decode_yolox(
         return np.concatenate([centres - halves, centres + halves], axis=1)
 
     boxes = boxes_of(rows)
-    rivals = (
-        rivals_of(boxes, scores[rows], raw[:, 4:5] * raw[:, 5:], person, boxes_of, rivals_from) if len(rows) else ()
-    )
+    # no class scores more than the objectness that it is multiplied by
+    seen = np.flatnonzero(raw[:, 4] >= LEAST_RATIO * rivals_from)
+    classes = raw[seen, 4:5] * raw[seen, 5:]
+    rivals = rivals_of(boxes, scores[rows], classes, person, lambda near: boxes_of(seen[near]), rivals_from)
     return Detections(boxes, scores[rows], rivals=rivals)
 
 

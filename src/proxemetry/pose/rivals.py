@@ -62,14 +62,17 @@ def rivals_of(
         return tuple(next(found) if one else None for one in asked.tolist())
     if not len(boxes_px) or class_scores.shape[1] < 2:
         return (None,) * len(boxes_px)
+    # of thousands of cells a few dozen see anything: to look at those alone is most of what this takes
+    near = np.flatnonzero(class_scores.max(axis=1) >= LEAST_RATIO * max(float(scores.min()), 1e-6))
+    class_scores, boxes_near = class_scores[near], boxes_of(near)
     of_coco = class_scores.shape[1] == len(COCO_CLASSES) and person == 0
     without = {person, *(_COMPANIONS if of_coco else ())}
     columns = [column for column in range(class_scores.shape[1]) if column not in without]
     named = [COCO_CLASSES[column] if of_coco else f"class {column}" for column in columns]
-    there = _strongest(boxes_px, scores, class_scores[:, columns], boxes_of, _in_the_same_place)
+    there = _strongest(boxes_px, scores, class_scores[:, columns], boxes_near, _in_the_same_place)
     rivals = [Rival(named[k], ratio) if ratio >= LEAST_RATIO else None for k, ratio in there]
     if of_coco:
-        around = _strongest(boxes_px, scores, class_scores[:, _SHOWING], boxes_of, _inside)
+        around = _strongest(boxes_px, scores, class_scores[:, _SHOWING], boxes_near, _inside)
         for row, (k, ratio) in enumerate(around):
             other = rivals[row]
             if ratio >= LEAST_RATIO and (other is None or ratio > other.ratio):
@@ -78,15 +81,15 @@ def rivals_of(
 
 
 def _strongest(
-    boxes_px: FloatArray, scores: FloatArray, class_scores: NDArray[np.floating],
-    boxes_of: Callable[[NDArray[np.intp]], FloatArray], meets: Callable[[FloatArray, FloatArray], NDArray[np.bool_]],
+    boxes_px: FloatArray, scores: FloatArray, class_scores: NDArray[np.floating], others_px: FloatArray,
+    meets: Callable[[FloatArray, FloatArray], NDArray[np.bool_]],
 ) -> list[tuple[int, float]]:  # fmt: skip
     """Return each person's column and ratio of the class that scores highest in a box that meets the person's."""
     best = class_scores.max(axis=1)
     rows = np.flatnonzero(best >= LEAST_RATIO * max(float(scores.min()), 1e-6))
     if not len(rows):
         return [(0, 0.0)] * len(boxes_px)
-    there = np.where(meets(boxes_px, boxes_of(rows)), best[rows], 0.0)
+    there = np.where(meets(boxes_px, others_px[rows]), best[rows], 0.0)
     strongest = there.argmax(axis=1)
     ratios = there[np.arange(len(there)), strongest] / np.maximum(scores, 1e-6)
     return list(zip(class_scores[rows[strongest]].argmax(axis=1).tolist(), ratios.tolist(), strict=True))

@@ -17,7 +17,7 @@ from ...photo import Photo, RGBArray
 from .. import PoseOptions
 from ..detections import Detections, seen_often, suppressed
 from ..pupils import PupilNetworks
-from .letterbox import Placement, crop, person_region
+from .letterbox import crop, crop_placement, person_region
 from .network import Floats, Network
 from .pose_decoders import HEADS
 from .specification import Specification, read_specification
@@ -126,19 +126,20 @@ class OnnxBackend:
         assert pose is not None
         network = self.networks[pose.file]
         size = input_size(pose, network)
+        regions = [person_region(box, size, pose.padding) for box in found.boxes_px]
 
-        def cut(box: FloatArray) -> tuple[Floats, Placement]:
-            canvas, at = crop(pixels, person_region(box, size, pose.padding), size)
-            return normalised((canvas[:, ::-1] if flip else canvas)[None], pose, network), at
+        def seen(region: tuple[float, float, float, float]) -> Floats:
+            canvas, _ = crop(pixels, region, size)
+            return normalised((canvas[:, ::-1] if flip else canvas)[None], pose, network)
 
-        crops = network.each([lambda box=box: cut(box) for box in found.boxes_px])
-        outputs = network.run(np.concatenate([values for values, _ in crops]))
+        outputs = network.run_made([lambda region=region: seen(region) for region in regions])
         points, scores = HEADS[pose.decode](outputs, size)
         self._check_joints(pose.file, points.shape[1])
         if flip:
             order = list(self.skeleton.mirror)
             points, scores = points[:, order] * (-1, 1) + (size[0], 0), scores[:, order]
-        return np.stack([at.to_photo(p) for p, (_, at) in zip(points, crops, strict=True)]), scores
+        placed = [crop_placement(r, size).to_photo(p) for p, r in zip(points, regions, strict=True)]
+        return np.stack(placed), scores
 
     def _flip_averaged(
         self, pixels: RGBArray, found: Detections, keypoints: FloatArray, scores: FloatArray

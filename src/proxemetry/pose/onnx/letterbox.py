@@ -158,6 +158,12 @@ def person_region(
     return centre_x - width / 2, centre_y - height / 2, centre_x + width / 2, centre_y + height / 2
 
 
+def crop_placement(region: tuple[float, float, float, float], size: tuple[int, int]) -> Placement:
+    """Return where a region of the photo lies in the input of `size` that it fills."""
+    x0, y0, x1, y1 = region
+    return Placement((x0, y0), (size[0] / (x1 - x0), size[1] / (y1 - y0)))
+
+
 def crop(
     pixels: RGBArray, region: tuple[float, float, float, float], size: tuple[int, int], *, fill: int = 0
 ) -> tuple[RGBArray, Placement]:
@@ -167,12 +173,11 @@ def crop(
     """
     import cv2
 
-    x0, y0, x1, y1 = region
-    placement = Placement((x0, y0), (size[0] / (x1 - x0), size[1] / (y1 - y0)))
+    placement = crop_placement(region, size)
     source, at = _shrunk(pixels, region, placement.scale)
     # cv2 counts from the middle of a pixel: source + 0.5 = (input + 0.5) / scale + start, an axis.
     step = at.scale[0] / placement.scale[0], at.scale[1] / placement.scale[1]
-    start = at.to_input((x0, y0))
+    start = at.to_input(region[:2])
     matrix = np.array(
         [
             [step[0], 0, start[0] + 0.5 * step[0] - 0.5],

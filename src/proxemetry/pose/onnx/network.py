@@ -76,6 +76,16 @@ class Network:
         """Return what the tasks return, in order, run side by side on this network's threads."""
         return list(self._pool.map(lambda task: task(), tasks)) if self._pool else [task() for task in tasks]
 
+    def run_made(self, inputs: list[Callable[[], Floats]]) -> list[Floats]:
+        """Return the outputs for inputs, each of a batch of one, that are made when their turn comes.
+
+        A processor then reads what it has just written, and no more inputs are there at once than threads.
+        """
+        if self._takes_batches or self._fixed_batch not in (None, 1):
+            return self.run(np.concatenate(self.each(inputs)))
+        answers = self.each([lambda make=make: self._run(make()) for make in inputs])
+        return [np.concatenate(parts) for parts in zip(*answers, strict=True)]
+
     def run_one(self, image: Floats) -> list[Floats]:
         """Return the outputs for one input, a batch of one, on the calling thread."""
         return self._run(image)
