@@ -162,6 +162,15 @@ def test_the_summary_of_back_ends_quotes_the_tables(row: str, column: int) -> No
     assert tuple(re.findall(r"[\d.]+", cell)) == measured.groups(), (row, names[column])
 
 
+def test_the_summary_of_back_ends_rounds_their_times() -> None:
+    page = (ROOT / "docs" / "backends.md").read_text(encoding="utf-8")
+    names = re.findall(r"`([a-z-]+)`", page[page.index("| | `") :].partition("\n")[0])
+    row = re.search(r"^\| processor time for a photo \|(.*)\|$", page, re.MULTILINE)
+    times_ms = [re.search(rf"^\| `{name}` normal \|.*\| (\d+) \| \d+ \|$", page, re.MULTILINE) for name in names]
+    assert row is not None and all(times_ms)
+    assert re.findall(r"[\d.]+", row.group(1)) == [f"{int(found.group(1)) / 1000:.1f}" for found in times_ms if found]
+
+
 def test_people_found_are_the_same_in_the_readme_and_on_the_page() -> None:
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
     page = (ROOT / "docs" / "backends.md").read_text(encoding="utf-8")
