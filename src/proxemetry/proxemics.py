@@ -1,4 +1,4 @@
-"""What proxemics and visual communication read off a photo: nearest others, viewing angles, shot sizes, orientations.
+"""What proxemics and visual communication measure in a photo: nearest others, viewing angles, shot sizes, orientations.
 
 Everything follows from where people stand, which way they face and what of them is in the picture.
 """

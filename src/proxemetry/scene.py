@@ -1,4 +1,4 @@
-"""All that is known of one photo, as one value with a versioned JSON form.
+"""Everything known about one photo, as one value with a versioned JSON form.
 
 The JSON form holds what was observed and fitted; distances follow from it and are computed again on reading.
 """
@@ -40,7 +40,7 @@ from .settings import Settings
 #: Name and version of the JSON form; the version changes when the meaning of a field does.
 SCHEMA = "proxemetry.scene/2"
 
-#: A photo's fate: measured (by however many people), no camera known, not readable, or excluded by a reviewer.
+#: A photo's status: measured (with any number of people), no camera known, not readable, or excluded by a reviewer.
 STATUSES = ("ok", "no_camera", "failed", "excluded")
 
 if TYPE_CHECKING:
@@ -66,7 +66,7 @@ class Provenance:
 
 @dataclass(frozen=True)
 class Review:
-    """What people did to a scene by hand, where they did anything.
+    """Corrections made to a scene by hand, if any.
 
     corrections: how many corrections are in its numbers. kinds: of all that was done ("checked" and "note" included),
     sorted. who: the reviewers, sorted. note: the last remark.

@@ -1,6 +1,6 @@
-"""The scene fit where the focal length is hardly known: fitted at several, and their explanations held together.
+"""The scene fit where the focal length is hardly known: fitted at several, and their explanations combined.
 
-The fit is linear about one focal length, and between people who lean, gait and floors that fall it finds a focal length
+The fit is linear about one focal length, and from people who lean, gait and floors that fall it infers a focal length
 in a photo that has no evidence on it: a level camera's people fit every one. What people do show is used before
 (`camera.from_people`), so the fit must not use it again. Where the focal length is less sure than `UNSURE_SD`, it
 is held at three values instead, Gauss and Hermite's of a normal distribution, and each fit is a mode of the bodies.

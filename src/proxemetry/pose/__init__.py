@@ -50,7 +50,7 @@ def backend_named(name: str, options: PoseOptions | None = None) -> PoseBackend:
 
 
 def _check_options(key: str, options: PoseOptions) -> None:
-    """Refuse what a back end would ignore in silence: a user who asks for a GPU believes to have it."""
+    """Refuse what a back end would ignore silently: a user who asks for a GPU would believe that it is used."""
     takes = BACKENDS[key].takes
     if options.device != "cpu" and "device" not in takes:
         raise SettingsError(f"pose back end {key} runs on the processor alone, not on {options.device!r}")

@@ -1,6 +1,6 @@
 """Which back end `auto` is: the best whose networks could be had when they were fetched, written down and kept to.
 
-What else comes to lie in a cache changes nothing: the choice is made once, by `proxemetry models fetch` or at first
+Other files in a cache change nothing: the choice is made once, by `proxemetry models fetch` or at first
 use, and stands in a file next to the networks until `models fetch` makes it again.
 """
 

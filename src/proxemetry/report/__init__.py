@@ -1,4 +1,4 @@
-"""One self-contained page on a results folder: to read, to print, to send along."""
+"""One self-contained page on a results folder: to read, to print, to send."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def write_report(
     """Write the report of a results folder and return its path, `report.html` in the folder where `out` is None.
 
     The folder's tables are rewritten first, so that corrections are in. faces: "blur" pixelates the heads of people who
-    was found. group_by: year, month, folder or a column of the photos table. photos: how many figures; listed: how
+    were found. group_by: year, month, folder or a column of the photos table. photos: how many figures; listed: how
     many of the nearest and least certain pairs. where: only people with these attributes count, and pairs of two such
     people. Raises OutputError where there are no results or the page cannot be
     written, SettingsError for options.

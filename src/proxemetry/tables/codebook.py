@@ -1,6 +1,6 @@
 """The codebook: every column of every table with its type, unit and meaning, as rows, CSV and a page.
 
-It is made from the columns themselves, so that a column and its meaning never part.
+It is made from the columns themselves, so that a column and its meaning always agree.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The columns of `people`: one row a person, with what proxemics and visual communication read off each."""
+"""The columns of `people`: one row a person, with what proxemics and visual communication measure for each."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The networks' files: where they lie, whether they are whole, and how they get there.
+"""The networks' files: where they lie, whether they are intact, and how they get there.
 
 They lie in the user's cache folder; `PROXEMETRY_CACHE` names another, or several separated as in `PATH`: all are
 searched in order, and the first that can be written receives what is fetched (the others may be read-only and

@@ -1,4 +1,4 @@
-"""The cache of networks on this machine: where a file lies, whether it is whole, and how a new one gets in."""
+"""The cache of networks on this machine: where a file is, whether it is intact, and how a new one gets in."""
 
 from __future__ import annotations
 

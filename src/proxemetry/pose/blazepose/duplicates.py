@@ -1,4 +1,4 @@
-"""Two candidates of one person: which pairs are the same, and who of them stays."""
+"""Two candidates for one person: which pairs are the same, and which of them stays."""
 
 from __future__ import annotations
 

@@ -24,7 +24,7 @@ _FACE_MINIMUM = 0.5
 
 @dataclass(frozen=True, eq=False)
 class Pupils:
-    """Left and right pupil in pixels of the picture, shape (2,) each, and the mesh's word that this is a face."""
+    """Left and right pupil in pixels of the picture, shape (2,) each, and the mesh's score that this is a face."""
 
     left_px: FloatArray
     right_px: FloatArray
