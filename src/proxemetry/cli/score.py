@@ -8,6 +8,7 @@ from collections.abc import Generator, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from ..archive.store.folder import RUN_FILE
 from ..benchmark import DEFAULT_PROTOCOL, PROTOCOLS, Score, score_files
@@ -149,8 +150,10 @@ def _write(path: str, text: str) -> None:
         raise OutputError(f"{path}: cannot be written ({error.strerror})") from error
 
 
-def _write_figure(path: str, figure: object) -> None:
+def _write_figure(path: str, figure: Any) -> None:
+    from ..plots import render
+
     try:
-        figure.savefig(path, dpi=150)  # type: ignore[attr-defined]
+        render(figure, Path(path), dpi=150)
     except (OSError, ValueError) as error:
         raise OutputError(f"{path}: cannot be drawn ({error})") from error

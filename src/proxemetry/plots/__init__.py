@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import importlib.util
 import os
-import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO
 
@@ -132,9 +131,10 @@ def save(figure: Figure, path: str | Path, *, dpi: int = 140) -> None:
 
 
 def render(figure: Figure, target: Path | BinaryIO, **options: Any) -> None:
-    """Draw a figure into a file, with matplotlib's options; photos may be called in signs that its font lacks."""
-    with warnings.catch_warnings():
-        warnings.filterwarnings("ignore", r"Glyph \d+")
+    """Draw a figure into a file, with matplotlib's options; names may be in letters that its font lacks."""
+    from .fonts import known_letters
+
+    with known_letters(figure):
         figure.savefig(target, **options)
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import math
 import textwrap
+from typing import Any
 
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
@@ -16,6 +17,7 @@ from matplotlib.patches import Patch
 from ..distances import UNCERTAIN, ZONES
 from ..photo import Photo
 from ..scene import Scene
+from .fonts import drawable, known_letters
 from .pair_selection import footnote, headline, pairs_shown
 from .photo_panel import draw_photo
 from .plan_panel import draw_plan
@@ -42,6 +44,11 @@ class ShownFigure(Figure):
         buffer = io.BytesIO()
         self.savefig(buffer, format="png", dpi=_SHOWN_DPI)
         return buffer.getvalue()
+
+    def savefig(self, *arguments: Any, **options: Any) -> None:
+        """Write the figure, as matplotlib has it; names may be in letters that its font lacks."""
+        with known_letters(self):
+            super().savefig(*arguments, **options)
 
 
 def overlay_figure(scene: Scene, photo: Photo | None, faces: str, all_pairs: bool) -> Figure:
@@ -93,7 +100,7 @@ def sheet(
     handles: what the legend explains, the signs of overlays where None.
     """
     per_line = int(width / (_TEXT_PT * 0.0073))
-    lines = textwrap.wrap(foot, per_line)[:6]
+    lines = textwrap.wrap(drawable(foot), per_line)[:6]
     handles = _legend_handles() if handles is None else handles
     handles = handles if scene.distances.below(math.inf) or scene.bodies.placed.any() else []
     key_rows = -(-len(handles) // max(1, int(width / _LEGEND_ENTRY_IN)))
@@ -103,9 +110,9 @@ def sheet(
     figure = ShownFigure(figsize=(total_width, total_height), facecolor="white")
     FigureCanvasAgg(figure)
     left = _MARGIN_IN / total_width
-    title = _ending(scene.photo, int(per_line * 0.6))
+    title = _ending(drawable(scene.photo), int(per_line * 0.6))
     figure.text(left, 1 - 0.14 / total_height, _without_formulas(title), size=12, weight="bold", color=_INK, va="top")
-    line = textwrap.shorten(headline(scene), per_line, placeholder=" ...")
+    line = textwrap.shorten(drawable(headline(scene)), per_line, placeholder=" ...")
     figure.text(left, 1 - 0.37 / total_height, _without_formulas(line), size=_TEXT_PT, color=_FAINT, va="top")
     start = (_MARGIN_IN * 0.8 + _LINE_IN * len(lines)) / total_height
     figure.text(

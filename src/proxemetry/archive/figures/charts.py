@@ -131,4 +131,6 @@ def over_time(summary: Summary, time: int) -> Figure:
 
 
 def _label(key: tuple[str | None, ...]) -> str:
-    return ", ".join(UNKNOWN if k is None else k for k in key)
+    from ...plots.fonts import drawable
+
+    return drawable(", ".join(UNKNOWN if k is None else k for k in key))
