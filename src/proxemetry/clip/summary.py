@@ -95,7 +95,7 @@ def _notes(found: Analysis) -> list[str]:
     only = [] if where is None else [f"only people with {where} count in pairs, and pairs of two such people"]
     lost, doubtful = _seconds_not_followed(found), sum(bool(p.doubt) for p in found.people)
     doubts = [] if not doubtful else [
-        f"{doubtful} of {len(found.people)} tracks may not be people, or may be people found twice: doubt in people.csv"
+        f"{doubtful} of {len(found.people)} tracks may not be people, or may be people found twice (column doubt)"
     ]  # fmt: skip
     unseen = [] if not lost else [
         f"nobody was followed for {lost:.1f} of {float(found.weight_s.sum()):.1f} s: who was near whom then is "
