@@ -112,8 +112,8 @@ def _distances(numbers: Numbers) -> str:
         f"<section><h2>Distances</h2><p>Between body centres, {kind}; the gap between two bodies is about 0.25 m less. "
         "Brackets and the shaded band hold the central 90 %, computed over photos, because pairs in one photo are not "
         "independent. Each distance counts for a zone by its probability of lying in it. Quote the distance to the "
-        "nearest other person and the zones of all pairs; the median of all pairs is mostly the size of a crowd.</p>"
-        f"{_on_assumptions(numbers)}{legend()}"
+        "nearest other person and the zones of all pairs; the median of all pairs mostly reflects the size of "
+        f"crowds.</p>{_on_assumptions(numbers)}{legend()}"
         f"{_block('From each person to the nearest other', numbers.nearest, 'people')}"
         f"{_block('Between all pairs', numbers.every, 'pairs')}</section>"
     )
@@ -194,7 +194,7 @@ def _cameras(numbers: Numbers) -> str:
     bases = [(words, numbers.bases[basis]) for basis, words in WORDS.items() if numbers.bases[basis]]
     return (
         "<section><h2>Where the focal lengths came from</h2><p>Depth is proportional to the focal "
-        "length, the distance of two people side by side hardly depends on it. "
+        "length; the distance of two people side by side hardly depends on it. "
         "Estimated ones were found in the picture itself, from straight lines, people or other photos of the camera, "
         "each with its interval; ASSUMED is a guess, with an interval to match.</p>"
         f"{_counts('Measured photos', bases)}"
