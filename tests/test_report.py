@@ -14,6 +14,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from proxemetry.archive.figures.overlays import draw
+from proxemetry.archive.figures.summary import summarise
 from proxemetry.archive.review.corrections import FILE as LOG_FILE
 from proxemetry.archive.review.corrections import Log
 from proxemetry.archive.store.results import Results
@@ -101,6 +102,15 @@ def test_the_interval_holds_nine_times_out_of_ten() -> None:
         share = ratio_over_photos(random.binomial(totals, rates).astype(float), totals.astype(float))
         inside += share.low <= 2 / 7 <= share.high
     assert 0.85 <= inside / 400 <= 0.94
+
+
+def test_a_report_and_a_summary_state_the_same_intervals(numbers: Numbers, results: Results) -> None:
+    (group,) = summarise(results).groups
+    assert (numbers.nearest.median_m, numbers.nearest.low_m, numbers.nearest.high_m) == pytest.approx(
+        (group.nearest_m.value, group.nearest_m.low, group.nearest_m.high)
+    )
+    ours, theirs = ([[z.value, z.low, z.high] for z in zones] for zones in (numbers.every.zones, group.zones))
+    assert np.array(ours) == pytest.approx(np.array(theirs), rel=1e-6)
 
 
 def test_one_photo_has_no_interval() -> None:

@@ -14,6 +14,7 @@ import numpy as np
 from ..archive.figures.focal_bases import focal_bases
 from ..archive.figures.grouping import UNKNOWN, sql_of
 from ..archive.figures.restriction import counted
+from ..archive.figures.sampling import median_levels, share_interval
 from ..archive.figures.shoots import shoots_in_words
 from ..archive.figures.summary import Share
 from ..archive.store.duck import attached, quoted
@@ -22,7 +23,6 @@ from ..archive.store.queries import with_columns
 from ..arrays import FloatArray, nan_if_none
 from ..camera import FocalBasis
 from ..distances import ZONE_LIMITS_M, ZONES
-from ..intervals import HALF_WIDTH_SD
 from ..people.attributes import PairsWhere
 from ..people.doubts import PersonDoubt
 from ..tables import DOUBT, NO_DOUBT, TABLES, reasons_in
@@ -249,8 +249,8 @@ def _distances(duck: Any, source: str) -> Distances:
         ).fetchall(),
         dtype=float,
     )
-    below, *zones = (ratio_over_photos(table[:, k], table[:, 0]) for k in range(1, table.shape[1]))
-    low, high = _median_interval(duck, source, below)
+    zones = [ratio_over_photos(table[:, k], table[:, 0]) for k in range(2, table.shape[1])]
+    low, high = _median_interval(duck, source, _ratio(table[:, 1], table[:, 0])[1], len(table))
     bars = dict(
         duck.execute(
             f"SELECT {' + '.join(f'CAST(distance_m >= {edge} AS INTEGER)' for edge in EDGES_M)} AS bar, count(*) "
@@ -263,11 +263,11 @@ def _distances(duck: Any, source: str) -> Distances:
     )  # fmt: skip
 
 
-def _median_interval(duck: Any, source: str, below: Share) -> tuple[float, float]:
-    """Return the median's interval: it ends where that of the share below the median ends (Woodruff 1952)."""
-    if not math.isfinite(below.low):
+def _median_interval(duck: Any, source: str, below_sd: float, n_photos: int) -> tuple[float, float]:
+    """Return the median's interval (Woodruff 1952); below_sd: of the share of distances up to the median."""
+    levels = [float(level[0]) for level in median_levels(np.array([below_sd]), np.array([n_photos]))]
+    if not all(map(math.isfinite, levels)):
         return math.nan, math.nan
-    levels = [min(max(0.5 + v - below.value, 0.0), 1.0) for v in (below.low, below.high)]
     low, high = duck.execute(
         f"SELECT quantile_cont(distance_m, {levels[0]!r}), quantile_cont(distance_m, {levels[1]!r}) FROM {source}"
     ).fetchone()
@@ -277,15 +277,23 @@ def _median_interval(duck: Any, source: str, below: Share) -> tuple[float, float
 def ratio_over_photos(parts: FloatArray, totals: FloatArray) -> Share:
     """Return the sum of `parts` over that of `totals`, one of each a photo, with its central 90 % interval.
 
-    Photos are what is sampled, so the standard error is that of a ratio estimator (Cochran 1977, section 6.4). The
-    interval is NaN with a single photo.
+    The interval is that of `sampling.share_interval`, as in a summary; NaN with a single photo.
+    """
+    value, sd = _ratio(parts, totals)
+    low, high = share_interval(np.array([value]), np.array([sd]), np.array([len(parts)]))
+    return Share(value, float(low[0]), float(high[0]))
+
+
+def _ratio(parts: FloatArray, totals: FloatArray) -> tuple[float, float]:
+    """Return a ratio over photos and its standard deviation, a ratio estimator's (Cochran 1977, section 6.4).
+
+    NaN for that of a single photo.
     """
     parts, totals, n = np.asarray(parts, dtype=float), np.asarray(totals, dtype=float), len(parts)
     value = float(parts.sum() / totals.sum())
     if n < 2:
-        return Share(value, math.nan, math.nan)
-    error = math.sqrt(float(((parts - value * totals) ** 2).sum()) * n / (n - 1)) / float(totals.sum())
-    return Share(value, max(0.0, value - HALF_WIDTH_SD * error), min(1.0, value + HALF_WIDTH_SD * error))
+        return value, math.nan
+    return value, math.sqrt(float(((parts - value * totals) ** 2).sum()) * n / (n - 1)) / float(totals.sum())
 
 
 def names_of(shares: Sequence[Share]) -> list[tuple[str, Share]]:

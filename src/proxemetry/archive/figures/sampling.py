@@ -39,6 +39,33 @@ def _student(freedom: IntArray) -> FloatArray:
     return np.where(freedom <= len(_FEW), _FEW[np.minimum(freedom, len(_FEW)) - 1], many)
 
 
+def share_interval(share: FloatArray, sd: FloatArray, n_photos: IntArray) -> tuple[FloatArray, FloatArray]:
+    """Return Wilson's interval of shares of these standard deviations over so many photos; NaN where sd is."""
+    z = _width(n_photos)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        # None or all: there is no variance to see, so no more is claimed than that many photos can show.
+        size: Any = np.where(sd > _NOTHING, share * (1 - share) / sd**2, n_photos)
+        middle = (share + z**2 / (2 * size)) / (1 + z**2 / size)
+        half = z / (1 + z**2 / size) * np.sqrt(share * (1 - share) / size + z**2 / (4 * size**2))
+    known = np.isfinite(sd)
+    low, high = np.maximum(0.0, middle - half), np.minimum(1.0, middle + half)
+    return np.where(known, low, np.nan), np.where(known, high, np.nan)
+
+
+def median_levels(sd: FloatArray, n_photos: IntArray) -> tuple[FloatArray, FloatArray]:
+    """Return the quantiles at which the interval of a median ends; sd: of the share of values up to the median."""
+    with np.errstate(divide="ignore"):
+        # Photos with half of their pairs on either side are worth no more than that many single pairs.
+        sd = np.where(sd <= _NOTHING, 0.5 / np.sqrt(n_photos), sd)
+    half = _width(n_photos) * sd
+    return np.clip(0.5 - half, 0, 1), np.clip(0.5 + half, 0, 1)
+
+
+def _width(n_photos: IntArray) -> FloatArray:
+    """Return half the width of an interval in standard deviations: Student's with one photo less than there are."""
+    return _student(np.maximum(n_photos - 1, 1))
+
+
 @dataclass(frozen=True, eq=False)
 class Estimates:
     """A figure of each group and the central 90 % of where it may lie, shape (G,) each; NaN where unknown."""
@@ -102,34 +129,17 @@ class Sample:
             sd = np.sqrt(self.n_photos / (self.n_photos - 1) * squares) / self.size
         return share, np.where(self.n_photos < 2, np.nan, sd)
 
-    @cached_property
-    def _width(self) -> FloatArray:
-        """Half the width of an interval in standard deviations: Student's with one photo less than there are."""
-        return _student(np.maximum(self.n_photos - 1, 1))
-
     def shares(self, hits: FloatArray | NDArray[np.bool_]) -> Estimates:
         """Return the share of what `hits`, shape (n,), picks: yes or no each, or with a probability from 0 to 1."""
         share, sd = self._ratios(hits)
-        z = self._width
-        with np.errstate(divide="ignore", invalid="ignore"):
-            # None or all: there is no variance to see, so no more is claimed than that many photos can show.
-            size: Any = np.where(sd > _NOTHING, share * (1 - share) / sd**2, self.n_photos)
-            middle = (share + z**2 / (2 * size)) / (1 + z**2 / size)
-            half = z / (1 + z**2 / size) * np.sqrt(share * (1 - share) / size + z**2 / (4 * size**2))
-        known = np.isfinite(sd)
-        low, high = np.maximum(0.0, middle - half), np.minimum(1.0, middle + half)
-        return Estimates(share, np.where(known, low, np.nan), np.where(known, high, np.nan))
+        return Estimates(share, *share_interval(share, sd, self.n_photos))
 
     def medians(self, values: FloatArray) -> Estimates:
         """Return the median of values, its interval read off where the distribution's own share is certain."""
         ordered = self._ordered(values)
         median = self._quantiles(ordered, np.full(self.n_groups, 0.5))
         _, sd = self._ratios(values <= median[self.group])
-        with np.errstate(divide="ignore"):
-            # Photos with half of their pairs on either side are worth no more than that many single pairs.
-            sd = np.where(sd <= _NOTHING, 0.5 / np.sqrt(self.n_photos), sd)
-        low, high = (self._quantiles(ordered, np.clip(0.5 + side * self._width * sd, 0, 1)) for side in (-1, 1))
-        return Estimates(median, low, high)
+        return Estimates(median, *(self._quantiles(ordered, level) for level in median_levels(sd, self.n_photos)))
 
     def _ordered(self, values: FloatArray) -> FloatArray:
         ordered = values.copy()
