@@ -36,6 +36,7 @@ from .hypotheses import (
     with_stature,
 )
 from .mirror import mirrored
+from .other_cameras import likeliest_camera
 from .posterior import placed_people
 from .projection import DEPTH, FOCAL, HEIGHT, LOG_LENGTHS, N_SHARED, PITCH, PRINCIPAL, ROLL
 from .solver import Fit, gauss_newton_step, solve
@@ -50,7 +51,8 @@ PITCH_SD_RAD = np.deg2rad(7.0)
 ROLL_SD_RAD = np.deg2rad(1.2)
 TYPICAL_HEIGHT_M, HEIGHT_LOG_SD = 1.55, 0.30
 #: One camera in seven hangs high and looks down, from a stair, a ceiling or a mast; assumed (docs/method.md, "Priors").
-RAISED = Raised(0.15, (float(np.deg2rad(25.0)), float(np.log(2.8))), (float(np.deg2rad(12.0)), 0.40))
+#: By 22 +- 21 degrees, as that is how people look from there who are as far away as people are (`hypotheses`).
+RAISED = Raised(0.15, (float(np.deg2rad(22.0)), float(np.log(2.8))), (float(np.deg2rad(21.0)), 0.40))
 
 #: What a mount's covariance is about, among the shared unknowns.
 _AS_SHARED = np.array([PITCH, ROLL, HEIGHT, FOCAL])
@@ -148,6 +150,7 @@ def _fit(
     if off > MOST_MISFIT:  # a camera that was moved, or another one: its place is worth as little as it is wrong
         prior = replace(prior, place=prior.place.widened(off))
         fit = solve(rows.taken(first), fit.local, fit.shared, prior, iterations=_MOST_ITERATIONS)
+    fit = likeliest_camera(rows.taken(first), fit, prior, _MOST_ITERATIONS)
     if evidence.from_above.any():  # seen from the camera as it is now, which the first steps may have had too level
         rows = rows.with_precision(keypoint_precision(evidence, model, _scale(fit.local), fit.shared)[rows.person])
         fit = solve(rows.taken(first), fit.local, fit.shared, prior, iterations=_MOST_AGAIN)
