@@ -9,6 +9,6 @@ def add_pairs_where(parser: argparse.ArgumentParser | argparse._ArgumentGroup) -
     """Add `--pairs-where`, see `people.attributes.PairsWhere`."""
     parser.add_argument(
         "--pairs-where", action="append", default=[], metavar="ATTRIBUTE=VALUE",
-        help="count only people with this attribute, like mask=no, and pairs of two such people; given again with "
-        "another attribute, both must hold; with the same one, either will do",
+        help="count only people with this attribute, like mask=no, and pairs of two such people; doubt=none leaves out "
+        "doubtful people; given again with another attribute, both must hold; with the same one, either will do",
     )  # fmt: skip
