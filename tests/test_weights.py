@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import hashlib
 import http.server
 import io
@@ -14,8 +15,8 @@ from pathlib import Path
 import pytest
 
 from proxemetry import weights
-from proxemetry.errors import ModelError, SettingsError
-from proxemetry.weights import Model, packages, table
+from proxemetry.errors import CacheError, ModelError, SettingsError
+from proxemetry.weights import Model, packages, table, web
 from proxemetry.weights import cache as cache_module
 
 CONTENT = bytes(range(256)) * 400
@@ -158,6 +159,20 @@ def test_when_every_source_fails_all_are_named_and_nothing_is_left(cache, server
     _model(monkeypatch, sources=(f"{server.address}/wrong", f"{server.address}/absent"))
     with pytest.raises(ModelError, match=r"net.onnx: could not be fetched; .*/wrong: .*sha256.*; .*/absent: .*404"):
         weights.fetch(["net"], log=lambda _: None)
+    assert list(cache.iterdir()) == []
+
+
+def test_a_full_disk_is_said_and_nothing_else_is_tried(cache, server, monkeypatch):
+    server.files["/net.onnx"] = CONTENT
+    _model(monkeypatch, sources=(f"{server.address}/net.onnx", f"{server.address}/other"))
+
+    def full(*_):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(web.shutil, "copyfile", full)
+    with pytest.raises(CacheError, match=r"cache: no space left for net.onnx; make room"):
+        weights.fetch(["net.onnx"])
+    assert [path for path, _ in server.asked] == ["/net.onnx"]
     assert list(cache.iterdir()) == []
 
 

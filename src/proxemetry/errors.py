@@ -46,7 +46,7 @@ class ModelError(ProxemetryError):
 
 
 class CacheError(ModelError):
-    """Networks cannot be kept anywhere: no folder for them can be written."""
+    """Networks cannot be kept: no folder for them can be written, or the disk is full."""
 
 
 class LabelsError(ProxemetryError):

@@ -15,7 +15,7 @@ from pathlib import Path
 from .. import weights
 from ..errors import CacheError, ModelError, SettingsError
 from ..files import read_json
-from ..weights.cache import writable_folder
+from ..weights.cache import folders_text, writable_folder
 from .registry import BACKENDS, is_available
 
 _LOG = logging.getLogger("proxemetry")
@@ -62,26 +62,39 @@ def choose(*, offline: bool = False, log: Log | None = None, progress: weights.P
     lies in the place of a network; CacheError where networks cannot be kept and none are here.
     """
     log = log or _LOG.warning
-    why_not: list[str] = []
+    without: list[str] = []
+    forbidden = offline or weights.is_offline()
     unkept: CacheError | None = None
     for name in EYES:
         here = is_available(name)  # not below: that a folder lies in a network's place is no reason to take others
         try:
+            if not here and unkept is not None:
+                raise unkept
             if not here:
-                _have(name, offline=offline or weights.is_offline(), log=log, progress=progress)
+                _have(name, offline=forbidden, log=log, progress=progress)
         except ModelError as error:
-            unkept = error if isinstance(error, CacheError) else unkept
-            why_not.append(f"{name} is not available ({error})")
+            if isinstance(error, CacheError):
+                unkept = error
+            elif not forbidden:  # one cause that all have is told once
+                log(f"{name} is not available ({error})")
+            without.append(name)
             continue
-        for line in why_not:
-            log(line)
         rank = (
             "the first choice" if name == EYES[0] else f"the next choice after {' and '.join(EYES[: EYES.index(name)])}"
         )
         log(f"people will be found by {name}, {rank}; another: `--pose NAME`")
         _write_down(name)
         return name
-    raise unkept or ModelError("; ".join(why_not))  # one cause that all have is told once
+    if forbidden and unkept is None:
+        raise ModelError(
+            f"no network that finds people is in {folders_text()}, and fetching is forbidden (offline); run "
+            "`proxemetry models fetch` once with an internet connection"
+        )
+    raise unkept or ModelError(
+        f"no network that finds people could be had ({', '.join(without)}; the lines before this one tell why): run "
+        f"`proxemetry models fetch` where there is an internet connection, and copy the files to {writable_folder()}, "
+        "or name people that another program has found: `--pose recorded:FILE`"
+    )
 
 
 def _have(name: str, *, offline: bool, log: Log, progress: weights.Progress | None) -> None:

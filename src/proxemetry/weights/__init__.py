@@ -70,13 +70,21 @@ def require(names: Iterable[str], *, may_fetch: bool = False, offline: bool = Fa
     return {model_named(name).name: obtain(name) for name in names}
 
 
-def if_to_be_had(name: str, *, offline: bool = False, log: Callable[[str], None] | None = None) -> LocatedModel | None:
+def if_to_be_had(
+    name: str, *, may_fetch: bool = True, offline: bool = False, log: Callable[[str], None] | None = None
+) -> LocatedModel | None:
     """Return a network that is of use but not needed, fetched where that may be; None where it cannot be had.
 
+    may_fetch: False where it was tried before: a run neither waits for it again nor finds other people one day.
     Why not is one line for `log`, or a warning of the `proxemetry` logger. Raises ModelError where the file is there
     and damaged.
     """
     if locate(name) is None:
+        if not may_fetch:
+            (log or _LOG.warning)(
+                f"fewer people are found: {name} is not here; `proxemetry models fetch {name}` gets it"
+            )
+            return None
         try:
             fetch([name], offline=offline, log=log)
         except ModelError as error:

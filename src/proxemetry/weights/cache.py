@@ -122,9 +122,7 @@ class open_for_placing:  # noqa: N801 - used as a context, like open()
         """Check the temporary file's hash, record it where the table knows a prefix only, and put it in place."""
         digest = sha256_of(self.temporary)
         if not digest.startswith(self.model.sha256):
-            raise ModelError(
-                f"{self.model.name}: what arrived has sha256 {digest}, expected {self.model.sha256}; it was not kept"
-            )
+            raise ModelError(f"what arrived has sha256 {digest}, expected {self.model.sha256}; it was not kept")
         self.temporary.chmod(0o644)  # temporary files are private, a cache may be shared
         if not self.model.hash_is_complete:
             record = self.temporary.with_suffix(".sha256")

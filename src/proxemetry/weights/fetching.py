@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+import errno
 import logging
 import os
 from collections.abc import Sequence
 
-from ..errors import ModelError
+from ..errors import CacheError, ModelError
 from .cache import Log, Progress, is_here, locate, writable_folder
 from .making import make
 from .packages import CLIENTS, from_package
 from .table import Model, model_named
 from .web import from_web
+
+#: What systems call a full disk, and one's share of it used up.
+_FULL = (errno.ENOSPC, errno.EDQUOT)
 
 _LOG = logging.getLogger("proxemetry")
 
@@ -27,6 +31,8 @@ def fetch_absent(models: Sequence[Model], log: Log | None, progress: Progress | 
     pieces = list(dict.fromkeys(piece for model in models for piece in _pieces(model)))
     try:
         _fetch_files(pieces, log, progress)
+    except CacheError:
+        raise
     except ModelError as error:
         _fetch_in_another_form([model for model in models if not is_here(model.name)], log, progress, error)
     for model in models:
@@ -44,6 +50,8 @@ def _from_upstream(model: Model, log: Log, progress: Progress | None) -> bool:
         return False
     try:
         _fetch_files([model_named(model.upstream)], log, progress)
+    except CacheError:
+        raise
     except ModelError as error:
         log(f"{error}: it is made of {' and '.join(model.conversion.parts if model.conversion else ())} instead")
         return False
@@ -98,8 +106,15 @@ def _fetch_files(models: Sequence[Model], log: Log, progress: Progress | None) -
                     from_web(source, model, log, progress)
                     waiting = waiting[1:]
                 break
+            except CacheError:
+                raise
             except (ModelError, OSError) as error:
-                failures.append(f"{source}: {error}")
+                if isinstance(error, OSError) and error.errno in _FULL:
+                    raise CacheError(
+                        f"{writable_folder()}: no space left for {model.name}; make room and run the same command "
+                        "again, or name another folder with PROXEMETRY_CACHE"
+                    ) from error
+                failures.append(f"{requirement if kind in CLIENTS else source}: {error}")
         else:
             raise ModelError(f"{model.name}: could not be fetched; " + "; ".join(failures))
 

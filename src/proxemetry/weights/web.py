@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import shutil
 from pathlib import Path
-from typing import Any
-from urllib.parse import urlsplit
+from typing import TYPE_CHECKING, Any
 
 from ..errors import ModelError
 from .archives import TAR_ENDINGS, take_out
 from .cache import Log, Progress, open_for_placing, writable_folder
 from .table import Model
+
+if TYPE_CHECKING:
+    import requests
 
 # To connect, and for the next bytes: a firewall that swallows everything must not hold up the next source for long.
 _TIMEOUTS_S = (8, 30)
@@ -76,19 +78,18 @@ def _download(address: str, part: Path, progress: Progress | None) -> None:
         if refused and begin:  # a server that cannot go on from there
             _download(address, part, progress)
             return
-        raise ModelError(_why(error, address)) from error
+        raise ModelError(_why(error)) from error
 
 
-def _why(error: Exception, address: str) -> str:
+def _why(error: requests.RequestException) -> str:
     """Return in a few words why a download failed; the libraries' own take several lines."""
     import requests
 
-    host = urlsplit(address).netloc
-    if isinstance(error, requests.HTTPError):
-        return str(error)
+    if isinstance(error, requests.HTTPError) and error.response is not None:
+        return f"{error.response.status_code} {error.response.reason}"
     if isinstance(error, requests.Timeout):
-        return f"{host} does not answer"
-    return f"{host} cannot be reached" if isinstance(error, requests.ConnectionError) else "the connection was cut"
+        return "does not answer"
+    return "cannot be reached" if isinstance(error, requests.ConnectionError) else "the connection was cut"
 
 
 class _Bar:

@@ -58,8 +58,9 @@ def open_backend(argument: str, options: PoseOptions) -> BlazePose:
     """Return the embedded back end; its networks are fetched at first use unless that is forbidden."""
     if argument:
         raise SettingsError(f"pose back end blazepose takes no argument, not {argument!r}")
+    is_first_use = not all(map(weights.is_here, weights.EMBEDDED))
     located = weights.require(weights.EMBEDDED, may_fetch=True, offline=options.offline)
-    finder = weights.if_to_be_had(weights.EMBEDDED_FINDER, offline=options.offline)
+    finder = weights.if_to_be_had(weights.EMBEDDED_FINDER, offline=options.offline, may_fetch=is_first_use)
     if finder is not None:
         # it takes the place of the pose detection: what is not used is not among a result's networks
         located = {name: one for name, one in located.items() if name != _POSE_DETECTION}
