@@ -168,7 +168,7 @@ def _image(
     for tag in tags:
         if tag not in places:
             raise LabelsError(
-                f"{folder / TRUTH_FILE}: shoot {shoot} has no {tag}, which is annotated in {filename} ({BODY_FILE})"
+                f"{folder / TRUTH_FILE}: shoot {shoot} has no {tag}, who is annotated in {filename} ({BODY_FILE})"
             )
         if twin := next((other for other in tags if other != tag and places.get(other) == places[tag]), None):
             raise LabelsError(
