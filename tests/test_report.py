@@ -18,10 +18,12 @@ from proxemetry.archive.figures.summary import summarise
 from proxemetry.archive.review.corrections import FILE as LOG_FILE
 from proxemetry.archive.review.corrections import Log
 from proxemetry.archive.store.results import Results
+from proxemetry.camera.sources import Doubt, Flag
 from proxemetry.cli import main
 from proxemetry.errors import OutputError, SettingsError
 from proxemetry.report import FILE, write_report
 from proxemetry.report.numbers import Numbers, count, ratio_over_photos
+from proxemetry.scene import Scene
 from synthetic.drawn import people_at
 from synthetic.reviewing import CAMERA, PHOTOS, draw_photo, make_results, scene_of, write_results
 
@@ -50,6 +52,18 @@ def test_counts_are_those_of_the_tables(results: Results, numbers: Numbers) -> N
     assert ("not a photo that can be read", 1) in numbers.refusals
     assert sum(n for _, n in numbers.focal_sources) == 5
     assert numbers.flags == [("the field of view is assumed", 1)]
+
+
+def test_doubts_that_begin_with_a_photos_size_are_counted_together(tmp_path: Path) -> None:
+    names, folder = ("a.jpg", "b.jpg", "c.jpg"), tmp_path / "photos"
+    scenes: list[Scene] = []
+    for name, size in zip(names, ("600 x 199: ", "1135 x 356: ", ""), strict=True):
+        draw_photo(folder / name, people_at([(0.0, 0.0, 4.0)], CAMERA))
+        scene = Scene.failed(name, "x")
+        doubt = Flag(Doubt.PROJECTION, f"{size}perhaps a panorama" if size else "a fisheye of 8 mm")
+        scenes.append(replace(scene, camera=replace(scene.camera, flags=(doubt,))))
+    results = write_results(tmp_path / "results", folder, scenes)
+    assert count(results.folder, "folder", 1, 1).flags == [("perhaps a panorama", 2), ("a fisheye of 8 mm", 1)]
 
 
 def test_nearest_others_are_each_persons_smallest_distance(results: Results, numbers: Numbers) -> None:

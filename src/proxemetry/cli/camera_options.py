@@ -11,8 +11,8 @@ from ..camera.table import CameraTable
 
 #: How `doctor` finds out what the people of a photo tell.
 ASK_THE_PEOPLE = "--pose auto looks for them"
-#: For photos without a focal length.
-WHAT_TO_STATE = """Without a focal length there are no distances. What you know of the lens can be stated:
+#: For photos without a focal length: how to state one.
+WHAT_TO_STATE = """What you know of the lens can be stated:
   photo by photo, camera by camera    --camera-table FILE (or in `proxemetry review`)
   for all photos at once              --focal-35mm F, --focal-mm F --sensor-mm WxH, or --focal-px F
   as a guess, where nothing is known  --assume-fov DEG"""

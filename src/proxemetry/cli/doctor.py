@@ -73,7 +73,9 @@ def run(args: argparse.Namespace) -> int:
     for line in sorted(spare):
         print(f"{args.camera_table}: line {line} is used for none of these photos")
     if tally.unknown or tally.bases[FocalBasis.ASSUMED]:
-        print(f"\n{WHAT_TO_STATE}\n")
+        unknown = "Without a focal length there are no distances. " if tally.unknown else ""
+        assumed = "Where a focal length is ASSUMED, intervals are wide. " if tally.bases[FocalBasis.ASSUMED] else ""
+        print(f"\n{unknown}{assumed}{WHAT_TO_STATE}\n")
     if listing.passed_over:
         print(listing.passed_over)
     print(f"{len(listing.names)} photos: {tally}")

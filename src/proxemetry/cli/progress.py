@@ -27,16 +27,25 @@ class Reporter:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
+        self._ended()
+
+    def _ended(self) -> None:
+        """Tell how a pass over the photos ended; the time of another is counted from its own beginning."""
         if self._bar is not None:
             self._bar.close()
         elif self._started and self._last.total and not sys.stderr.isatty():
             self._say()
+        self._bar, self._started, self._last = None, 0.0, Progress(0, 0, 0)
 
     def __call__(self, progress: Progress | Note) -> None:
         """Show one step."""
         if isinstance(progress, Note):
+            if self._last.done and self._last.done == self._last.total:
+                self._ended()
             self._write(f"proxemetry: {progress.text}")
             return
+        if progress.done < self._last.done:  # a second pass
+            self._ended()
         if not self._started:
             self._started = self._said = time.monotonic()
         self._last = progress

@@ -37,7 +37,7 @@ def print_results(results: Results) -> int:
         text = _UNTOLD.format(counts.untold)
         print(textwrap.fill(text, terminal_width(), subsequent_indent=" " * 9))
     if counts.no_camera:
-        print(f"\n{WHAT_TO_STATE}")
+        print(f"\nWithout a focal length there are no distances. {WHAT_TO_STATE}")
         print("`reason` in photos.csv states what each photo lacks. Then measure again with --restart,")
         print("or into another --out.\n")
     print(f"tables in {folder.location}: photos, people and pairs as CSV and Parquet")

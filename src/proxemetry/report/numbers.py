@@ -144,7 +144,9 @@ def count(folder: Folder, group_by: str, n_sample: int, n_listed: int, where: Pa
         focal_sources=_counted(duck, "coalesce(focal_source, 'unknown')", "report_photos WHERE status != 'failed'"),
         shoots=shoots_in_words(folder),
         flags=_counted(
-            duck, "flag", "(SELECT unnest(string_split(camera_flags, '; ')) flag FROM report_photos) WHERE flag != ''"
+            duck,
+            _DOUBT_OF_ANY_SIZE,
+            "(SELECT unnest(string_split(camera_flags, '; ')) flag FROM report_photos) WHERE flag != ''",
         ),
         doubts=_doubts(duck),
         on_ground=float(on_ground),
@@ -173,6 +175,9 @@ _WHY = (
     r"regexp_replace(CASE status WHEN 'no_camera' THEN split_part(reason, '; ', 1) ELSE reason END, "
     r"'^.*?' || regexp_escape(parse_filename(photo)) || ':?\s*', '')"
 )
+
+# Without the photo's size, with which some begin, like doubts are counted together.
+_DOUBT_OF_ANY_SIZE = r"regexp_replace(flag, '^\d+ x \d+: ', '')"
 
 # The same photos whenever the report is written, and not the first of the alphabet.
 _SAMPLE = "SELECT photo FROM report_photos WHERE n_pairs > 0 AND status = 'ok' ORDER BY md5(photo) LIMIT $n"
