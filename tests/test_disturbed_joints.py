@@ -85,11 +85,13 @@ def test_habits_move_both_sides_towards_each_other_and_down(name: str, sine: flo
     for joint in ("shoulder", "knee"):
         left, right = (shift[K(f"{side}_{joint}")] for side in ("left", "right"))
         assert left[0] == pytest.approx(-right[0])
+        angle = np.rad2deg(np.arcsin(sine))
+        down, inwards_by_view = HABITS[name][joint]
         assert left[1] == pytest.approx(right[1])
+        assert left[1] == pytest.approx(np.interp(angle, (0, 10, 20, 30, 40, 53), down) / 100)
         apart = exact[0, K(f"left_{joint}"), 0] - exact[0, K(f"right_{joint}"), 0]
         inwards = -left[0] * np.sign(apart)
-        angle = np.rad2deg(np.arcsin(sine))
-        assert inwards == pytest.approx(np.interp(angle, (0, 10, 20, 30, 40, 53), HABITS[name][joint][1]) / 100)
+        assert inwards == pytest.approx(np.interp(angle, (0, 10, 20, 30, 40, 53), inwards_by_view) / 100)
 
 
 def test_habits_are_of_back_ends_that_have_a_row() -> None:
