@@ -281,9 +281,8 @@ def test_a_drawing_follows_corrections_and_their_taking_back(measured, drawings)
 
 @pytest.mark.parametrize(
     ("file", "advice"),
-    [("scenes/part-000001.parquet", "delete it"), ("manifest/manifest-000.parquet", "--restart"),
-     ("photos.parquet", "export DIR")],
-)  # fmt: skip
+    [("manifest/manifest-000.parquet", "--restart"), ("photos.parquet", "export DIR")],
+)
 def test_a_damaged_file_is_one_line_that_says_what_to_do(measured, capsys, file, advice):
     _, out = measured
     (out / file).write_bytes((out / file).read_bytes()[:-20])
@@ -291,6 +290,14 @@ def test_a_damaged_file_is_one_line_that_says_what_to_do(measured, capsys, file,
     assert main([command, str(out)]) == 2
     (line,) = capsys.readouterr().err.splitlines()
     assert str(out / file) in line and "damaged" in line and advice in line
+
+
+def test_a_run_does_not_go_on_with_a_damaged_part(measured):
+    photos, out = measured
+    part = out / "scenes" / "part-000001.parquet"
+    part.write_bytes(part.read_bytes()[:-20])
+    with pytest.raises(OutputError, match=r"part-000001.parquet: damaged.*delete it"):
+        go_on(photos, out)
 
 
 def test_a_part_that_was_damaged_and_deleted_is_measured_again(measured):
