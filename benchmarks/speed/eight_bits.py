@@ -1,9 +1,9 @@
-"""What a network's convolutions in 8 bits save: processor time a run, from how many channels on, in interleaved runs.
+"""What a network's convolutions in 8 bits save: processor time a run, from how many weights on, in interleaved runs.
 
     python -m benchmarks.speed.eight_bits [--networks A.tflite,B.tflite] [--models DIR] [--least 1,32,64] [--runs N]
 
-A column for the network as it is, and one for each least number of output channels, and of weights in each, from which
-on a convolution computes in 8 bits (`LEAST_CHANNELS`), with its share of the time as it is. How much is saved is the
+A column for the network as it is, and one for each least number of weights in an output channel from which on a
+convolution computes in 8 bits (`LEAST_WEIGHTS`), with its share of the time as it is. How much is saved is the
 processor's matter: those with instructions for products of whole numbers (VNNI on x86, dot products on Arm) save most.
 """
 
@@ -18,7 +18,7 @@ import numpy as np
 from benchmarks.networks.networks_at_hand import add_models_option
 from proxemetry import weights
 from proxemetry.pose.litert import interpreter
-from proxemetry.weights.conversion.eight_bits import LEAST_CHANNELS, in_eight_bits
+from proxemetry.weights.conversion.eight_bits import LEAST_WEIGHTS, in_eight_bits
 
 _NETWORKS = "nanodet_g.tflite,movenet_thunder.tflite,yolox_nano.tflite,tinypose_256x192.tflite"
 _AT_ONCE = 4
@@ -52,7 +52,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--networks", default=_NETWORKS)
     add_models_option(parser)
-    parser.add_argument("--least", default=f"1,{LEAST_CHANNELS},64,128")
+    parser.add_argument("--least", default=f"1,32,{LEAST_WEIGHTS},128")
     parser.add_argument("--runs", type=int, default=24)
     args = parser.parse_args()
     leasts = [int(number) for number in args.least.split(",")]

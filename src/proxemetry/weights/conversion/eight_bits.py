@@ -26,22 +26,22 @@ _FLOAT32, _FLOAT16, _INT8 = 0, 1, 9
 _STORED = {_FLOAT32: np.dtype("<f4"), _FLOAT16: np.dtype("<f2")}
 #: The largest weight of a channel; -128 is left out, so that both signs are alike.
 _TOP = 127
-#: A convolution with fewer output channels, or fewer weights in each, stays as it is: rounding what comes in costs more
-#: than it saves (`benchmarks/speed/eight_bits.py`).
-LEAST_CHANNELS = 32
+#: A convolution with fewer weights in each output channel stays as it is: rounding its input costs more than it saves
+#: (`benchmarks/speed/eight_bits.py`), and joints scatter more.
+LEAST_WEIGHTS = 64
 
 
-def in_eight_bits(content: bytes, least_channels: int = LEAST_CHANNELS) -> bytes:
+def in_eight_bits(content: bytes, least_weights: int = LEAST_WEIGHTS) -> bytes:
     """Return the network with its convolutions' weights in 8 bits; those of small and of depthwise ones stay.
 
-    least_channels: fewer output channels, or fewer weights in one, make a convolution small.
+    least_weights: fewer in each output channel make a convolution small.
     Weights that are stored in 16 bits and widened by a layer of their own are read too. Weights that something else
     uses as well stay as they are. Raises ModelError where the file is no TensorFlow Lite network.
     """
     try:
         graph = _Graph(content)
         for convolution in graph.operators(_CONVOLUTION):
-            graph.narrow(convolution, least_channels)
+            graph.narrow(convolution, least_weights)
     except (struct.error, IndexError, ValueError) as error:
         raise ModelError(f"the TensorFlow Lite file is damaged or of another kind ({error})") from error
     return bytes(graph.writer.content)
@@ -70,7 +70,7 @@ class _Graph:
             if self._codes[self._number(table, 0, "I")] == kind:
                 yield table
 
-    def narrow(self, convolution: int, least_channels: int) -> None:
+    def narrow(self, convolution: int, least_weights: int) -> None:
         """Let a convolution have its weights in 8 bits, where they are constants of its own and it is not small."""
         _, filter_, *_ = self._ints(convolution, 1)
         widening = self._widened.get(filter_)
@@ -80,7 +80,7 @@ class _Graph:
         alone = self._users[filter_] == self._users[stored] == self._holders[buffer] == 1
         raw = self._bytes(self._led_to(self._buffers[buffer]), 0)
         shape = self._ints(tensor, 0)
-        is_small = min(shape[0], np.prod(shape[1:])) < least_channels
+        is_small = np.prod(shape[1:]) < least_weights
         if type_ not in _STORED or not alone or not raw or is_small:
             return
         narrow, scales = _quantized(np.frombuffer(raw, _STORED[type_]).reshape(shape).astype(np.float32))
