@@ -17,7 +17,7 @@ ROOT = Path(__file__).resolve().parent.parent
 def main() -> int:
     """Write the codebook and the site."""
     (ROOT / "docs" / "codebook.md").write_text(codebook_page(), encoding="utf-8")
-    command = [sys.executable, "-m", "mkdocs", "build", "--quiet", "--config-file", str(ROOT / "mkdocs.yml")]
+    command = [sys.executable, "-m", "mkdocs", "build", "--config-file", str(ROOT / "mkdocs.yml")]
     return subprocess.run([*command, *sys.argv[1:]], cwd=ROOT, check=False).returncode
 
 
