@@ -14,8 +14,10 @@ from PIL import Image, ImageDraw
 
 from proxemetry.archive.store import parts
 from proxemetry.archive.store.folder import Folder
+from proxemetry.archive.store.part_rows import record_of
 from proxemetry.archive.store.photos import search
-from proxemetry.archive.store.results import Results, write_run
+from proxemetry.archive.store.results import Results
+from proxemetry.archive.store.run_file import write_run
 from proxemetry.camera import Camera, CameraEstimate, Doubt, Flag, FocalSource, Source
 from proxemetry.measure import place
 from proxemetry.people import People
@@ -99,7 +101,7 @@ def write_results(location: Path, photos: Path, scenes: list[Scene]) -> Results:
     listed = listed_photos(folder, search([str(photos)]))
     by_name = {s.photo: s for s in scenes}
     for shard in range(listed.n_shards):
-        records = [parts.record_of(by_name[item.photo]) for item in listed.items(shard)]
+        records = [record_of(by_name[item.photo]) for item in listed.items(shard)]
         parts.write(folder, shard, records, {"proxemetry_version": "test"})
     write_run(folder, {
         "schema": "proxemetry.run/1", "version": "0.1.0", "pose": "drawn", "models": {"net.onnx": "ab" * 32},

@@ -9,7 +9,7 @@ import duckdb
 import pytest
 
 from proxemetry.archive.figures.summary import summarise
-from proxemetry.archive.store import damage, earlier, parts
+from proxemetry.archive.store import damage, earlier, part_rows, parts
 from proxemetry.archive.store.folder import Folder
 from proxemetry.archive.store.identity import MODELS, SETTINGS, SETTINGS_SHA256, VERSION
 from proxemetry.archive.store.index import cards
@@ -144,7 +144,7 @@ def test_rows_are_kept_with_what_they_have_where_a_shard_is_done_again(results: 
     _rewrite(path, LESS)
     (known,) = parts.previous_rows(Folder(results), 0).values()
     assert known.file is None
-    assert known.own_focal == parts.OwnFocal.of(known.scene)
+    assert known.own_focal == part_rows.OwnFocal.of(known.scene)
     kept = json.loads(known.record(None).json)
     assert kept["focal_basis"] is None
     assert kept["photo"] == known.scene.photo
@@ -306,7 +306,7 @@ def test_keys_of_parts_are_those_that_tell_a_part_of_before_digests(results: Pat
 def test_parts_are_described_once_each_schema(results: Path) -> None:
     folder = Folder(results)
     names = parts.names_of(folder)
-    assert earlier.rows_of(folder, names, parts.structure()[1:-1]).startswith("read_parquet([")
+    assert earlier.rows_of(folder, names, part_rows.structure()[1:-1]).startswith("read_parquet([")
     _rewrite(_parts(results)[0], LESS)
-    assert "from_json" in earlier.rows_of(folder, names, parts.structure()[1:-1])
-    assert "from_json" not in earlier.rows_of(folder, names, parts.structure()[1:-1], only=("photo",))
+    assert "from_json" in earlier.rows_of(folder, names, part_rows.structure()[1:-1])
+    assert "from_json" not in earlier.rows_of(folder, names, part_rows.structure()[1:-1], only=("photo",))

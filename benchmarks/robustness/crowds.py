@@ -18,7 +18,7 @@ import time
 import numpy as np
 
 from benchmarks.robustness.process_memory import memory_bytes
-from proxemetry.archive.store.parts import record_of
+from proxemetry.archive.store.part_rows import record_of
 from proxemetry.camera import Camera
 from proxemetry.measure import measure
 from proxemetry.people import People

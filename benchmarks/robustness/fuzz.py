@@ -67,7 +67,7 @@ class _TooLongError(BaseException):
 
 def check_scene(scene: Scene) -> None:
     """Raise AssertionError where a scene called "ok" has distances that are none, or cannot be written."""
-    from proxemetry.archive.store.parts import record_of
+    from proxemetry.archive.store.part_rows import record_of
 
     json.loads(record_of(scene).json.encode())
     if scene.status != "ok":

@@ -23,8 +23,9 @@ from playwright.sync_api import Page, sync_playwright
 from proxemetry import __version__
 from proxemetry.archive.store import parts
 from proxemetry.archive.store.folder import Folder
+from proxemetry.archive.store.part_rows import record_of
 from proxemetry.archive.store.photos import search
-from proxemetry.archive.store.results import write_run
+from proxemetry.archive.store.run_file import write_run
 from proxemetry.camera import CameraEstimate
 from proxemetry.camera.focal import estimate_camera
 from proxemetry.measure import place
@@ -67,7 +68,7 @@ def make_run(root: Path, count: int) -> str:
     estimate: CameraEstimate = estimate_camera(photo)
     # One row of the results for each variant; the photos' rows differ in the file's name and hash alone.
     rows = [
-        parts.record_of(place(_NAME, _HASH, photo.width, photo.height, people, estimate, Settings(method="scene")))
+        record_of(place(_NAME, _HASH, photo.width, photo.height, people, estimate, Settings(method="scene")))
         for people in (example_people(), crowd(example_people(), 25))
     ]
     for number in range(count):

@@ -21,7 +21,7 @@ from ..archive.run.schedule import Note, Progress
 from ..archive.store import parts
 from ..archive.store.damage import damaged_parts
 from ..archive.store.folder import Folder
-from ..archive.store.parts import Record, record_of
+from ..archive.store.part_rows import Record, record_of
 from ..errors import ClipError, OutputError, ProxemetryError
 from ..measure import Settings, measure
 from ..people import PoseBackend

@@ -9,7 +9,9 @@ from collections.abc import Iterable
 
 from ..archive.store import parts
 from ..archive.store.folder import Folder
-from ..archive.store.results import Results, write_run
+from ..archive.store.part_rows import record_of
+from ..archive.store.results import Results
+from ..archive.store.run_file import write_run
 from ..scene import Scene
 from ..version import __version__
 
@@ -21,7 +23,7 @@ def tables_zip(scenes: Iterable[Scene]) -> bytes:
     """
     with tempfile.TemporaryDirectory(prefix="proxemetry-tables-") as location:
         folder = Folder(location)
-        parts.write(folder, 0, [parts.record_of(scene) for scene in scenes], {"proxemetry_version": __version__})
+        parts.write(folder, 0, [record_of(scene) for scene in scenes], {"proxemetry_version": __version__})
         write_run(folder, {"version": __version__})
         Results(folder).write_tables()
         packed = io.BytesIO()

@@ -33,7 +33,7 @@ from ...photo import Photo
 from ..store import parts
 from ..store.duck import attached
 from ..store.folder import CAMERAS_FILE, Folder
-from ..store.parts import OwnFocal
+from ..store.part_rows import OwnFocal
 
 _SCHEMA = "proxemetry.cameras/1"
 #: Models and, of each, focal lengths that are kept: more than any archive has.

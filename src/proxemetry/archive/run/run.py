@@ -20,9 +20,10 @@ from ..store.damage import damaged_parts
 from ..store.folder import OVERLAYS, RUN_FILE, Folder, is_url
 from ..store.identity import Identity
 from ..store.manifest import Manifest
-from ..store.parts import Counts
+from ..store.part_rows import Counts
 from ..store.photos import Search, search
-from ..store.results import Results, forget, write_run
+from ..store.results import Results, forget
+from ..store.run_file import write_run
 from ..store.scratch import sweep_scratch
 from .camera_pool import stale_shards, write_pool
 from .changed_files import FileScan

@@ -9,7 +9,7 @@ from dataclasses import InitVar, dataclass, field
 from ..store import parts
 from ..store.folder import Folder
 from ..store.manifest import Item, Manifest
-from ..store.parts import Counts, Record
+from ..store.part_rows import Counts, Record
 from .changed_files import ChangedFiles, FileScan
 from .manifest_update import ManifestUpdate
 from .work import Finished, Job, Task, died

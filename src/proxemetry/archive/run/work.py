@@ -25,7 +25,7 @@ from ..store import parts
 from ..store.file_state import FileState
 from ..store.folder import Folder, is_url, open_filesystem, overlay_name
 from ..store.manifest import Item
-from ..store.parts import Counts, PreviousRow, Record, record_of
+from ..store.part_rows import Counts, PreviousRow, Record, record_of
 from ..store.scratch import scratch_folder
 from .camera_pool import CameraPool, is_open, read_pool
 from .duplicates import sha256_of

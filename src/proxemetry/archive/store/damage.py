@@ -7,7 +7,6 @@ which is not compressed, so that it travels with the file wherever that is copie
 from __future__ import annotations
 
 import hashlib
-import json
 import re
 from collections.abc import Generator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -17,7 +16,7 @@ from typing import Any
 
 from ...errors import OutputError
 from ...tables import TABLES
-from .folder import RUN_FILE, Folder
+from .folder import Folder
 from .identity import MODELS, SETTINGS, SETTINGS_SHA256, VERSION
 from .signals import interruptible
 
@@ -226,87 +225,3 @@ def _read_to_end(duck: Any, query: str, parameters: Mapping[str, str]) -> None:
     duck.execute(query, parameters)
     while duck.fetchmany(10_000):
         pass
-
-
-class Guarded:
-    """DuckDB's connection, or a cursor, on a results folder: what it raises names the file that is damaged."""
-
-    def __init__(self, duck: Any, folder: Folder) -> None:
-        self._duck, self._folder = duck, folder
-
-    def execute(self, query: str, parameters: Any = None) -> Guarded:
-        """Run a query; the answer is fetched from what comes back."""
-        with explained(self._folder):
-            self._duck.execute(query, parameters)
-        return self
-
-    def _fetched(self, method: str, *arguments: Any) -> Any:
-        with explained(self._folder):
-            return getattr(self._duck, method)(*arguments)
-
-    def fetchone(self) -> Any:
-        """Return the next row, None after the last."""
-        return self._fetched("fetchone")
-
-    def fetchall(self) -> list[Any]:
-        """Return the rows that are left."""
-        return self._fetched("fetchall")
-
-    def fetchmany(self, size: int) -> list[Any]:
-        """Return some more rows."""
-        return self._fetched("fetchmany", size)
-
-    def fetchdf(self) -> Any:
-        """Return the rows as a pandas data frame."""
-        return self._fetched("df")
-
-    def fetchnumpy(self) -> dict[str, Any]:
-        """Return the columns as arrays."""
-        return self._fetched("fetchnumpy")
-
-    def fetch_df_chunk(self, vectors: int) -> Any:
-        """Return some more rows as a data frame."""
-        return self._fetched("fetch_df_chunk", vectors)
-
-    @property
-    def description(self) -> Any:
-        """The columns of the answer."""
-        return self._duck.description
-
-    def cursor(self) -> Guarded:
-        """Return another connection to the same database: a thread needs one of its own."""
-        return Guarded(self._duck.cursor(), self._folder)
-
-    def register(self, name: str, columns: Any) -> None:
-        """Make arrays a table of that name."""
-        self._duck.register(name, columns)
-
-    def unregister(self, name: str) -> None:
-        """Forget a table that was registered."""
-        self._duck.unregister(name)
-
-
-def require_run(content: Any, path: str) -> dict[str, Any]:
-    """Return what `run.json` holds; raises OutputError where it is not what a run writes there."""
-    kinds: dict[str, tuple[type, ...]] = {
-        "version": (str,), "pose": (str,), "models": (dict,), "settings": (dict,), "metadata": (dict,),
-        "photos_in": (str, type(None)), "safe_distance_m": (float, int, type(None)),
-    }  # fmt: skip
-    fits = isinstance(content, dict) and all(isinstance(content.get(k, None), kinds[k]) for k in kinds if k in content)
-    if not fits or not all(isinstance(value, str) for value in content.get("metadata", {}).values()):
-        raise OutputError(
-            f"{path}: not written by a run; delete it, and repeating `proxemetry measure` writes it again"
-        )
-    return content
-
-
-def run_of(folder: Folder) -> dict[str, Any] | None:
-    """Return the content of `run.json`, None where there is none; raises OutputError where it is damaged."""
-    content = folder.read(RUN_FILE)
-    if content is None:
-        return None
-    try:
-        fields = json.loads(content)
-    except (ValueError, RecursionError):
-        fields = None
-    return require_run(fields, folder.path(RUN_FILE))

@@ -6,8 +6,8 @@ import tempfile
 from functools import cache
 from typing import Any
 
-from .damage import Guarded
 from .folder import Folder
+from .guarded import Guarded
 from .scratch import scratch_name
 from .signals import answered_afterwards
 

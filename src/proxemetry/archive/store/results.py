@@ -7,7 +7,7 @@ import heapq
 import json
 import logging
 import os
-from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Generator, Iterable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from functools import cached_property
@@ -25,12 +25,13 @@ from ...version import __version__
 from ..review.corrections import FILE as LOG_FILE
 from ..review.corrections import by_file, corrected_scenes, digest, entries_at, in_force
 from . import manifest, parts
-from .damage import require_whole, run_of
+from .damage import require_whole
 from .duck import attached, quoted
 from .folder import CAMERAS_FILE, OVERLAYS, RUN_FILE, Folder, is_url
 from .identity import SETTINGS_SHA256
-from .parts import record_of, structure
+from .part_rows import record_of, structure
 from .queries import as_cells, attributes_in, table_query
+from .run_file import run_of
 from .scratch import scratch_folder
 from .usable import Usable, usable_parts
 
@@ -261,11 +262,6 @@ class Results:
             {"rows": rows, "structure": structure()},
         )
         return f"{every} WHERE photo NOT IN (SELECT photo FROM corrected) UNION ALL BY NAME FROM corrected"
-
-
-def write_run(folder: Folder, fields: Mapping[str, Any]) -> None:
-    """Write `run.json`."""
-    folder.write(RUN_FILE, (json.dumps(fields, indent=2, sort_keys=False) + "\n").encode())
 
 
 def forget(folder: Folder) -> None:
