@@ -68,7 +68,7 @@ def _score_distances(image: LabelImage, prediction: Prediction, distances_mm: Fl
     if len(points) < 2 or not np.isfinite(given).all() or _someone_has_no_point(points):
         return _answer(image, 0, 0, [], 0.0)
     tags = _tags_after_duplicates(points, image)
-    # The distances are consumed in order, no matter who was dropped before.
+    # The distances are consumed in order, no matter which people were dropped before.
     running: Iterator[float] = iter(given.tolist())
     pairs = [(a, b, next(running)) for k, a in enumerate(tags) for b in tags[k + 1 :]]
     known = [(a, b, d) for a, b, d in pairs if a is not None and b is not None]

@@ -18,7 +18,7 @@ from ..people import People
 MEMORY_S = 1.5
 #: A box overlaps the one forecast for it by so much at least.
 _LEAST_IOU = 0.25
-#: How much of the last step a box is expected to go on by.
+#: How much of its last step a box is expected to move on by.
 _PERSISTENCE = 0.7
 _FORBIDDEN = 1e3
 

@@ -18,20 +18,20 @@ from ..locate.scenefit.pooled import Pooled, pooled
 from ..people import People
 from ..people.keypoint_noise import apparent_stature_px
 
-#: Who is seen more seldom in frames that follow each other is left out: what flickers is no person.
+#: A person seen less often in consecutive frames is left out: what flickers is not a person.
 LEAST_SEEN = 5
 #: So many detections are fitted together, and so many of one person; more take longer and add little.
 MOST_DETECTIONS, MOST_OF_A_PERSON = 400, 30
 #: Fewer different people than this make no calibration to rely on.
 FEW_PEOPLE = 30
-#: What is kept of an endless clip until the end: detections, drawn evenly.
+#: What is kept of a long clip: detections, sampled evenly.
 _MOST_KEPT = 20_000
 #: A person counts whose limbs are seen whole and large enough: shoulders, hips and ankles, so many pixels tall.
 _NEEDED = (("left_shoulder", "right_shoulder"), ("left_hip", "right_hip"), ("left_ankle", "right_ankle"))
 _LEAST_TALL_PX = 40.0
 #: How much shorter than its parts the line from shoulder to ankle may be: walking people bend their knees.
 _STRAIGHT = 0.85
-#: A focal length that people leave open by more than this is none.
+#: A focal length that people leave open by more than this is no answer.
 _OPEN_FOCAL = 0.2
 #: Where the focal length is unknown: a field of view of 60 degrees, and how far others are from it (logarithm).
 _FOCAL_LOG_SD = 0.5
@@ -168,7 +168,7 @@ def _pooled(
     if not focal_known:
         camera = replace(camera, focal_rel_sd=_FOCAL_LOG_SD)
     told = pooled(people, camera, persons, settings)
-    if told is not None and not focal_known:  # again from nearer by: the prior stays about where it was
+    if told is not None and not focal_known:  # again from a closer start: the prior stays about where it was
         told = pooled(people, camera.with_focal(camera.f_px * math.exp(told.shared[3]), focal_rel_sd=_FOCAL_LOG_SD,
                                                 source=camera.source), persons, settings)  # fmt: skip
     if told is None:

@@ -17,7 +17,7 @@ from ..files import csv_lines, read_text
 from .homography import focal_of, homography, place_of
 from .least_squares import minimise
 
-#: How well the principal point of a camera is known that nobody calibrated, of the picture's long side.
+#: How well the principal point of an uncalibrated camera is known, as a share of the picture's long side.
 PRINCIPAL_REL_SD = 0.01
 #: What a click and a tape are worth unless they are stated: standard deviations.
 CLICK_SD_PX, TAPE_SD_M = 2.0, 0.05

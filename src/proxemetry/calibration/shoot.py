@@ -26,10 +26,10 @@ _STARTS_MM, _OPEN_LOG_SD = (28.0, 60.0), 0.5
 #: A photo that disagrees with the others by so many standard deviations is of another lens or zoom; they are left out
 #: one at a time, at most this share of them.
 _ANOTHER, _MOST_LEFT_OUT = 3.0, 1 / 3
-#: A focal length of which one photo tells more than this is that photo's: if it is of another lens, that would go
+#: A focal length to which one photo contributes more than this is that photo's: if it is of another lens, that would go
 #: unnoticed.
 _MOST_BY_ONE = 0.5
-#: A camera that is carried about tells by how it looks down: below this, how people lean and walk says as much.
+#: A camera that moves is found from how it looks down: below this, how people lean and walk matters as much.
 _LEAST_PITCH_RAD = math.radians(5)
 #: Widest interval that is an answer, as high over low: as that of a photo by itself (`camera.unstated.WIDEST_RATIO`).
 WIDEST_RATIO = 1.3 / 0.7

@@ -10,12 +10,12 @@ from .mount import Mount
 #: A gimbal holds its angle to about a degree against gravity; a barometer drifts by a metre or so in a flight, and
 #: ground is not level with the place of the start.
 ANGLE_SD_RAD, HEIGHT_SD_M, HEIGHT_REL_SD = math.radians(1.0), 1.0, 0.03
-#: A height above the start that is smaller says nothing: the drone is in a hand, or people stand lower than it started.
+#: A smaller height above the take-off point is ignored: the drone is in a hand, or people stand lower than it started.
 LEAST_HEIGHT_M = 1.0
 #: A gimbal holds its camera level: a roll beyond this is one held for an upright picture, or looks straight down and
 #: calls a turn a roll. A smaller one, whose sign makers do not state, is how far off level it may be.
 _MOST_ROLL_DEG, _LEAST_PITCH_DEG, _MOST_PITCH_DEG = 30.0, -90.5, 60.0
-#: What a mount made of it says of itself.
+#: The source that a mount made of it states.
 SOURCE = "the drone's file"
 
 

@@ -55,7 +55,7 @@ _COMPACTS_PX = frozenset({
 _ALSO_MADE_SMALLER_TO = frozenset({1024, 1280, 1600, 2048, 2560, 3072, 3200, 3264, 4000, 4096})
 #: Compact cameras with a smaller sensor than 1/2.5 inch had fewer pixels than this along the long side, until a year.
 _SMALL_COMPACTS_MM, _SMALL_COMPACTS_PX, _COMPACTS_SINCE = 5.6, 2700, "2006"
-#: A photo of such a size that was made smaller was so by less than this, mostly.
+#: A photo of such a size that was scaled down was so by less than this, mostly.
 _LITTLE_SMALLER = 1.35
 #: Such a crop's share, with which the optical centre is unknown.
 _CROP_SHARE = 0.4

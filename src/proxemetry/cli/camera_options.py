@@ -9,7 +9,7 @@ from ..camera import Mount
 from ..camera.focal import FocalRequest
 from ..camera.table import CameraTable
 
-#: How `doctor` finds out what the people of a photo tell.
+#: How `doctor` is made to use the people in a photo.
 ASK_THE_PEOPLE = "--pose auto looks for them"
 #: For photos without a focal length: how to state one.
 WHAT_TO_STATE = """What you know of the lens can be stated:

@@ -42,7 +42,7 @@ from .statures import Stature
 
 @dataclass(frozen=True)
 class Wanted:
-    """What is asked of a clip. within_m: limits in metres, ascending. region: of densities, the whole floor without.
+    """The questions asked about a clip. within_m: limits in metres, ascending. region: of densities; None: the whole floor.
 
     mount: as stated, for the camera that the clip begins with. shortest_event_s: what is shorter is no event. where:
     only pairs count both of whose people have these attributes.
@@ -214,7 +214,7 @@ def assembled(
 
 
 def _attributes(person: Person, placed: Sequence[Placed]) -> Attributes:
-    """Return what most of a person's sightings were recorded as."""
+    """Return the attributes that most of a person's sightings have."""
     seen = [(frame, row) for frame, row in zip(person.track.frames, person.rows, strict=True) if row >= 0]
     return most_frequent([placed[frame].attributes[row] for frame, row in seen if placed[frame].attributes])
 

@@ -1,6 +1,6 @@
-"""The clip with people, tracks and distances drawn in, as a file that browsers play.
+"""The clip with people, tracks and distances drawn in, as a video that browsers play.
 
-An extra, `proxemetry[video]`, since encoders weigh much. The codec is AV1 by SVT-AV1, or VP9: both are free of patents
+An extra, `proxemetry[video]`, since encoders are large. The codec is AV1 by SVT-AV1, or VP9: both are free of patents
 and of the GPL. Heads are pixelated unless asked otherwise.
 """
 

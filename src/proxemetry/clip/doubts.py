@@ -35,7 +35,7 @@ def of_most(sightings: Sequence[tuple[PersonDoubt, ...]]) -> tuple[PersonDoubt, 
 def counts(where: PairsWhere, attributes: Attributes, reasons: tuple[PersonDoubt, ...] | None) -> bool:
     """Return whether a track with these attributes and doubts is as asked for; of several doubts any will do.
 
-    An attribute that a recording calls as the column of doubts is called is the attribute, as in tables of photos.
+    If a recording has an attribute named like the column of doubts, the attribute is meant, as in tables of photos.
     """
     if reasons is None:
         return where.holds(attributes)

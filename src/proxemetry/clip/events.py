@@ -1,4 +1,4 @@
-"""Encounters: from when to when two people were within X metres of each other.
+"""Encounters: when two people were within X metres of each other, from when to when.
 
 An event begins where their distance falls below X and ends where it rises above `HYSTERESIS` times X, so that two
 people who stand at X do not make a hundred of them; what lasts less than a minimum is no event.
@@ -15,7 +15,7 @@ from .exposure import PairOverTime
 
 #: An encounter within X ends beyond this many times X.
 HYSTERESIS = 1.15
-#: What is shorter is passing by too fast for anything to happen; the user may state another value.
+#: Shorter ones are people who pass too fast for anything to happen; the user may state another value.
 SHORTEST_S = 1.0
 
 

@@ -1,4 +1,4 @@
-"""How long which two people were within X metres of each other, from their smoothed paths.
+"""How long two people were within X metres of each other, from their smoothed paths.
 
 Seconds within X are the integral over time of the probability of being within X. Counting single noisy frames instead
 finds too few, since noise only ever adds distance to two people side by side. The interval comes from draws of the

@@ -23,7 +23,7 @@ from .sightings import Sightings
 _STEP = 1e-4
 _N_CAMERA = 4
 #: Over so many metres a floor is as high or as low: slopes and cambers stretch over a room or a street's width. An
-#: assumption; who stands side by side stands on the same.
+#: assumption; people side by side stand on the same.
 FLOOR_REACH_M = 3.0
 #: What a body's size shows of its distance: statures spread by so much (ANSUR II, both sexes). Where feet show less,
 #: the floor hardly matters.

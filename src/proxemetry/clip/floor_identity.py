@@ -17,7 +17,7 @@ from .tracking import track
 
 #: How well feet are seen, in pixels: the place of a person on the floor is as uncertain as this makes it.
 _FEET_SD_PX = 3.0
-#: Who stands further away than this, or beyond the horizon, is not followed.
+#: A person farther away than this, or beyond the horizon, is not followed.
 _FARTHEST_M = 200.0
 
 

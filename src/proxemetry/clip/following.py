@@ -18,7 +18,7 @@ from .smoothing import Track, noise_scale_of, smooth, surprises
 from .statures import Known, Stature, known_statures, of_chain, told_again
 from .tracking import MEMORY_S, track
 
-#: In frames further apart nobody can be followed: each is a picture of its own.
+#: In frames further apart no one can be followed: each is a picture of its own.
 LONGEST_STEP_S = MEMORY_S
 
 

@@ -254,7 +254,7 @@ def _require_one_size(path: Path, photos: Sequence[Photo]) -> None:
 
 
 def _natural(path: Path) -> list[tuple[int, int | str]]:
-    """Order names as people do: 2.jpg before 10.jpg."""
+    """Order names as people would: 2.jpg before 10.jpg."""
     return [(0, int(part)) if part.isdigit() else (1, part) for part in re.split(r"(\d+)", path.name.lower()) if part]
 
 

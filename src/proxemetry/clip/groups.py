@@ -18,7 +18,7 @@ from ..arrays import FloatArray
 from .motion import PLACE, VELOCITY
 from .smoothing import Track
 
-#: Pairs that are never nearer are not asked about.
+#: Pairs that are never nearer are not considered.
 REACH_M = 4.0
 #: Time together beyond this adds nothing, nor do higher speeds.
 _LONGEST_S, _FASTEST_M_S = 15.0, 1.5

@@ -18,7 +18,7 @@ from .tracking import at_picture_edge
 
 #: Longer gaps are not bridged: too many others may have come in between.
 LONGEST_GAP_S = 5.0
-#: How long people are hidden who were seen long enough to be followed, on average; longer ever more rarely. With
+#: How long people who were seen long enough to be followed are hidden, on average; longer ever more rarely. With
 #: two seconds ETH's and UCY's people are followed as well (`benchmarks/accuracy/clip_tracking.py`: IDF1 0.93, 0.92).
 _HIDDEN_S = 1.0
 _ROUNDS = 5

@@ -26,11 +26,11 @@ from ..calibration.background import (
     small_gray,
 )
 
-#: A camera that has moved again after a frame or two, so many times in a row, is held in a hand or follows a person.
+#: A camera that has moved again after a frame or two, so many times in a row, is hand-held or follows a person.
 _MOVING_SHOTS = 4
 #: So many places are remembered to which a camera may come back.
 _MOST_KNOWN = 12
-#: The frame that others are compared with is taken anew after this long, so that light may change over a day.
+#: The frame that others are compared with is replaced after this long, so that light may change over a day.
 _REFERENCE_S = 20.0
 
 

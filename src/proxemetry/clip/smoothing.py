@@ -126,7 +126,7 @@ def surprises(chain: Chain, shot: Sequence[Sightings], times_s: FloatArray, nois
 def noise_scale_of(surprise: FloatArray) -> float:
     """Return by what the stated covariances fall short, from the surprises of a whole clip; at least 1.
 
-    The median of a chi-squared variable with two degrees of freedom is 2 ln 2; the median is not led astray by the
+    The median of a chi-squared variable with two degrees of freedom is 2 ln 2; the median is robust against the
     odd false match.
     """
     return max(1.0, float(np.median(surprise)) / (2 * np.log(2))) if len(surprise) else 1.0

@@ -34,7 +34,7 @@ Known = Mapping[int, tuple[float, float]]
 
 @dataclass(frozen=True, eq=False)
 class Stature:
-    """The stature of one person by n sightings, as logarithms of metres.
+    """The stature of one person from n sightings, as logarithms of metres.
 
     mean, sd: of all together with what is known of people beforehand. others, others_sd: shape (n,), what the other
     sightings give for each, people left out; NaN where they give nothing.
@@ -131,7 +131,7 @@ def known_statures(
 
 
 def of_chain(chain: Chain, shot: Sequence[Sightings], settings: LocateSettings) -> Stature | None:
-    """Return the person's stature by a chain's sightings."""
+    """Return a person's stature from a chain's sightings."""
     links = list(zip(chain.frames, chain.people, strict=True))
     stature = np.array([shot[f].stature_m[p] for f, p in links])
     spread = np.array([shot[f].stature_sd_m[p] for f, p in links])

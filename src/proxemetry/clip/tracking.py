@@ -21,8 +21,8 @@ from .sightings import Chain, Sightings
 
 #: A person out of sight for longer is forgotten.
 MEMORY_S = 2.0
-#: Who was last seen at the left or right edge of the picture, within this share of its width, has probably left it: the
-#: next to come in there is another person.
+#: A person last seen at the left or right edge of the picture, within this share of its width, has probably left it:
+#: the next to come in there is another person.
 _EDGE_SHARE, _EDGE_MEMORY_S = 0.012, 0.6
 #: A sighting and a forecast may be this far apart: squared Mahalanobis distance, 99.9 % of a chi-squared with two
 #: degrees of freedom.
@@ -32,7 +32,7 @@ GATE = 13.8
 #: others a sighting may be any of theirs: of so large a share of those who are seen within so many metres. Chosen on
 #: ETH's and UCY's paths (`benchmarks/accuracy/clip_tracking.py`), where half and double are nearly as good.
 _UNKNOWN_M2, _UNKNOWN_SHARE, _NEAR_M = 0.03, 0.5, 2.0
-#: People of whom a back end is surer than this are matched first, and a track that never was so sure is no person;
+#: People with a higher score than this are matched first, and a track that never had such a score is not a person;
 #: where a back end is hardly ever so sure, this share of its median score stands for it.
 SURE_SCORE, _SURE_SHARE = 0.5, 0.75
 #: A track is a person once seen so often; what appears more seldom and not at the edge of a clip is a false detection.
@@ -105,13 +105,13 @@ def track(
 
 
 def at_picture_edge(boxes_px: FloatArray, width_px: float) -> NDArray[np.bool_]:
-    """Return which boxes (..., 4) touch the left or right edge of a picture of this width; none of an endless one."""
+    """Return which boxes (..., 4) touch the left or right edge of a picture of this width."""
     touches = (boxes_px[..., 0] <= _EDGE_SHARE * width_px) | (boxes_px[..., 2] >= (1 - _EDGE_SHARE) * width_px)
     return np.asarray(touches & np.isfinite(width_px))
 
 
 def sure_score(shot: Sequence[Sightings]) -> float:
-    """Return from which score on a back end is sure of a person, in the terms of this back end."""
+    """Return the score from which this back end counts as sure of a person."""
     scores = np.concatenate([np.zeros(0), *(seen.scores for seen in shot)])
     return min(SURE_SCORE, _SURE_SHARE * float(np.median(scores))) if len(scores) else SURE_SCORE
 

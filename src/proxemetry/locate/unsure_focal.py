@@ -25,7 +25,7 @@ UNSURE_SD = 0.25
 #: More people than this are fitted at one focal length, whose doubt stretches their depths: three fits of a crowd take
 #: three times its seconds and memory.
 CROWD = 60
-#: A camera pitched by more than this is told its focal length by the people on the floor, and the fit may use it.
+#: With a camera pitched by more than this, the people on the floor show its focal length, and the fit may use it.
 PITCHED_RAD = math.radians(12.0)
 #: In standard deviations of the log focal length, with their weights: exact for polynomials of the fifth degree. The
 #: outer ones are where central 90 % intervals end, about.

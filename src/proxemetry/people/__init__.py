@@ -1,4 +1,4 @@
-"""People in pixels: their joints, what a joint is worth, and what a pose back end is."""
+"""People in pixels: their joints, the noise of a joint, and what a pose back end is."""
 
 from .people import People, PoseBackend
 

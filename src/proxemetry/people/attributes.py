@@ -91,7 +91,7 @@ def _plain(text: str) -> str:
 
 @dataclass(frozen=True)
 class PairsWhere:
-    """Which pairs count: those both of whose people have, for every key, one of the values.
+    """Which pairs count: those of two people who have, for every key, one of the values.
 
     accepted: key -> values as `compared` has them. A person without the attribute does not have it. words: the same as
     it was asked for, to be read.

@@ -1,4 +1,4 @@
-"""Who of the people that a back end reports may be none, or the same one twice: the reasons, each by what was seen.
+"""Which reported people may not be people, or may be one found twice: the reasons, each from what was seen.
 
 No one is dropped. What is marked is for the user to check; rules and thresholds are measured by
 `benchmarks/networks/doubtful.py`.
@@ -18,7 +18,7 @@ from .people import People
 
 
 class PersonDoubt(StrEnum):
-    """Why a detection may be no person in the photo."""
+    """Why a detection may not be a person in the photo."""
 
     POSSIBLE_DUPLICATE = "possible_duplicate"
     OTHER_CLASS = "other_class"

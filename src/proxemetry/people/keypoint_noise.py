@@ -6,11 +6,11 @@ The law, per image axis and with `body_px` the apparent stature (see `apparent_s
 
 floor_px is what a photo's own pixels cost, definition[joint] how far people differ on where the joint is, spread[joint]
 how much the detector's answer varies at score 1, both as fractions of the stature, and score_power how that grows as it
-gets unsure. Besides, a back end may see lengths between joints longer or shorter than they are: all people's alike
+gets uncertain. Also, a back end may see lengths between joints longer or shorter than they are: for all people alike
 (`scale`), and each person's by as much at all of their joints (`common`: a head that is seen too narrow is too narrow
-at both ears). And it sees people from above less well than from their own height, as few were so in what it was trained
-on: noise grows with the sine of the angle at which a person is looked down at (`from_above`). Last, people go astray
-alike, so that many of them determine the camera less well than their number suggests (`alike`). The table
+at both ears). It locates joints less well from above than from eye level, as there were few such in what it was trained
+on: noise grows with the sine of the angle from above (`from_above`). Last, people's errors are
+shared, so that many of them determine the camera less well than their number suggests (`alike`). The table
 `keypoint_noise.toml` holds the numbers with their origin; `benchmarks/networks/keypoint_noise.py` and `from_above.py`
 measure them.
 """
@@ -33,7 +33,7 @@ from .skeleton import kind_of
 #: The source that stands in for one that was not measured.
 DEFAULT_SOURCE = "default"
 
-#: `NoiseLaw.alike` of detectors that nobody measured: that of those that were. Six people whose joints were measured
+#: `NoiseLaw.alike` of detectors that were not measured: that of those that were. Six people whose joints were measured
 #: have 87 % of their pairs inside the intervals with it, 76 without (benchmarks/accuracy/captured_people.py).
 UNMEASURED_ALIKE = 3.0
 

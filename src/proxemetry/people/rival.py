@@ -1,4 +1,4 @@
-"""What else than a person a detector sees in a person's box."""
+"""Other things that a detector sees in a person's box."""
 
 from __future__ import annotations
 

@@ -30,7 +30,7 @@ TOUCHING, PERHAPS, APART = "#CC79A7", "#F0E442", "#009E73"
 #: Two circles touch where that is likelier than not; from this probability on they may.
 _LIKELY, _POSSIBLE = 0.5, 0.1
 _LONG_SIDE_PX, _BLANK_RGB, _PAPER_RGB = 2400, (232, 233, 235), (251, 251, 249)
-#: Floor around everybody beyond their circles, metres.
+#: Floor around everyone beyond their circles, metres.
 _AROUND_M = 1.0
 #: Pixels of the floor laid flat, along its longer side.
 _FLAT_PX = 1400

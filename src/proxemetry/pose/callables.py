@@ -65,7 +65,7 @@ def open_backend(argument: str, options: PoseOptions) -> CallableBackend:
         raise SettingsError(f"--pose python:{argument}: it is not a function")
     backend = CallableBackend(function, name=f"python:{argument}")
     file = getattr(found, "__file__", None)
-    if file:  # a run must not go on with what is another function by now
+    if file:  # a run must not continue with what is another function by now
         backend.models = MappingProxyType({Path(file).name: sha256_of(Path(file))})
     return backend
 

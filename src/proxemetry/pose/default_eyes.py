@@ -75,7 +75,7 @@ def choose(*, offline: bool = False, log: Log | None = None, progress: weights.P
         except ModelError as error:
             if isinstance(error, CacheError):
                 unkept = error
-            elif not forbidden:  # one cause that all have is told once
+            elif not forbidden:  # one cause that all share is given once
                 log(f"{name} is not available ({error})")
             without.append(name)
             continue

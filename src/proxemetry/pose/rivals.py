@@ -34,7 +34,7 @@ COMPANIONS = frozenset((
 #: Boxes that overlap as much are of one thing. What a person wears, holds or sits on has a box of its own, a smaller or
 #: a larger one.
 SAME_PLACE = 0.7
-#: Rivals that score less than this part of the person's score are none.
+#: Rivals that score less than this part of the person's score do not count.
 LEAST_RATIO = 0.05
 #: What shows people who are not there: one that lies inside of it may be on a screen, a poster or a page.
 SHOWING = ("tv", "laptop", "cell phone", "book", "microwave", "oven", "refrigerator")

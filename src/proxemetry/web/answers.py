@@ -66,7 +66,7 @@ def answering(handler: Handler) -> Handler:
                 raise
             return error_answer(404, str(error))
         except _TooLargeError as error:
-            # Hanging up is what ends an upload whose sender goes on.
+            # Hanging up is what ends an upload whose sender continues.
             return JSONResponse({"error": str(error)}, 413, {"Connection": "close"} if error.hang_up else None)
         except PhotoError as error:
             return error_answer(422, str(error))

@@ -124,7 +124,7 @@ _TINYPOSE = (
 _TINYPOSE_ORIGIN, _TINYPOSE_DATA = "PaddleDetection PP-TinyPose 256x192", "COCO train2017, AI Challenger"
 _YOLOX_ORIGIN, _YOLOX_DATA = "Megvii YOLOX 0.1.1rc0", "COCO train2017"
 
-# The eyes of the default: two small files of GitHub, each by commit or release and hash.
+# The networks of the default: two small files of GitHub, each by commit or release and hash.
 _TINYPOSE_ROWS = (
     Model(
         "yolox_nano.tflite", "a93b1b9afd1b3dbf5c44d19d8ad7cee0a78726d772776f87db6d341c04bd673b", 3_686_716, (),

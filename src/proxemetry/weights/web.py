@@ -75,7 +75,7 @@ def _download(address: str, part: Path, progress: Progress | None) -> None:
         refused = isinstance(error, requests.HTTPError)
         if refused or not part.stat().st_size:
             part.unlink()
-        if refused and begin:  # a server that cannot go on from there
+        if refused and begin:  # a server that cannot continue from there
             _download(address, part, progress)
             return
         raise ModelError(_why(error)) from error

@@ -84,7 +84,7 @@ def _recorded(duck: Any, people: str) -> set[str]:
 def _known(duck: Any, people: str, where: PairsWhere, recorded: set[str]) -> dict[str, dict[str, int]]:
     """Return what can be asked for, attributes and doubts; of what is asked for with its values and how many have each.
 
-    An attribute that a recording calls as the column of doubts is called is the attribute.
+    If a recording has an attribute named like the column of doubts, the attribute is meant.
     """
     known: dict[str, dict[str, int]] = {key: {} for key in sorted(recorded | ({DOUBT} & where.accepted.keys()))}
     for key in where.accepted:

@@ -130,7 +130,7 @@ class CameraPool:
 
     def _of(self, row: Mapping[str, Any]) -> tuple[SameModel | None, Shoot | None]:
         model = self.models.get((row["camera_make"] or "", row["camera_model"] or ""))
-        if row["own_focal"] == OwnFocal.DOUBTFUL:  # its own file tells something: a sensor may settle it
+        if row["own_focal"] == OwnFocal.DOUBTFUL:  # its own file says something: a sensor may settle it
             return model, None
         size = (max(row["width_px"] or 0, row["height_px"] or 0), min(row["width_px"] or 0, row["height_px"] or 0))
         shoot = self.shoots.get(size)

@@ -146,7 +146,7 @@ def _told_by_others(schedule: Schedule, listed: Manifest) -> None:
         return
     pool = pool_of(folder, listed.moved_to or listed.root, settings)
     shards = stale_shards(folder, pool)
-    if pool or pool.shoots or shards:  # what a shoot does not tell is worth reading too
+    if pool or pool.shoots or shards:  # why a shoot shows nothing is worth reading too
         digest = write_pool(folder, pool)
         again = Schedule(
             schedule.workers, schedule.job, folder, listed, schedule.metadata, schedule.on_progress, pool=digest

@@ -142,7 +142,7 @@ def _refusal(folder: Folder, error: Exception) -> OutputError | None:
     found = _find(folder)
     if found is not None:
         return found
-    # Nothing that is there is at fault: the disk, which who writes explains, or the query.
+    # No file is at fault: the disk is, which the writer's error explains, or the query.
     mistakes = (duckdb.BinderException, duckdb.CatalogException, duckdb.ParserException, duckdb.SyntaxException)
     if isinstance(error, (duckdb.IOException, *mistakes)):
         return None

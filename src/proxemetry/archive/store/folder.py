@@ -18,7 +18,7 @@ from .scratch import is_alive, scratch_folder
 
 #: In a results folder: the record of the run, by which the folder is recognised, and the drawings, which are no photos.
 RUN_FILE, OVERLAYS = "run.json", "overlays"
-#: What its photos tell of each other's cameras.
+#: What its photos show about each other's cameras.
 CAMERAS_FILE = "cameras.json"
 
 #: Stores whose upload is atomic: an object is there whole or not at all.

@@ -26,7 +26,7 @@ LEAN_SD = 0.02
 _EYES_ABOVE_ANKLE, _SHOULDERS_ABOVE_ANKLE = 0.895, 0.775
 _PRINCIPAL_SD = 0.005  # of the long side, for a photo that is no crop
 _EACH_AXIS = np.eye(2)[:, :, None, None]
-#: Where the top of a person whom no camera shows is taken to be: far out of the photo.
+#: Where the top of a person that no camera could show is taken to be: far outside the photo.
 _NOWHERE = 10.0
 
 

@@ -29,7 +29,7 @@ LEANING_RAD = math.radians(0.4)
 TRUSTED = 0.9
 #: Explanations nearer than this, in degrees of pitch and roll, and in azimuth, are one.
 _SAME_RAD, _SAME_AZIMUTH = math.radians(0.3), 0.03
-#: What a mount made of it says of itself.
+#: The source that a mount made of it states.
 SOURCE = "straight lines"
 TOO_FEW, NO_STRUCTURE = "fewer than 4 straight segments", "no straight structure that shows which way is up"
 

@@ -36,7 +36,7 @@ from .start import HEADINGS, Start
 
 #: An alternative this much worse than the best at the start (negative log posterior) is not pursued.
 _WORTH_PURSUING = 6.0
-#: So many postures besides the best are.
+#: So many postures after the best are.
 _MOST_POSTURES = 2
 #: How far heads turn against trunks, radians: an assumption, 26 degrees.
 _TURN_SD = 0.45

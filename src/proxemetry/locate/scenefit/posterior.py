@@ -121,7 +121,7 @@ def placed_people(explained: Explained, model: BodyModel) -> Placed:
     """Return all people's places from the joint fit of their best rows and the alternatives' weights."""
     rows, explanations, first, fit = explained.rows, explained.explanations, explained.first, explained.fit
     weights = _normalised(rows.person, explained.weight, len(first))
-    alike = min(explained.evidence.alike, float(len(first)))  # many never tell less than one of them
+    alike = min(explained.evidence.alike, float(len(first)))  # many never weigh less than one of them
     local_sd, covariance, shared_covariance = _covariance(fit, alike)
     choices = _ambiguous(rows, explanations, weights, first)
     shift = _merged_spread(rows, explanations, weights, first, choices)

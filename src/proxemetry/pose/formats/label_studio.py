@@ -75,7 +75,7 @@ def _photo(name: str, regions: Sequence[Mapping[str, Any]]) -> RecordedPhoto:
     return RecordedPhoto(name, people_of(skeleton, persons), *size)
 
 
-#: A recording's joints must name both, whether anybody marked them or not.
+#: A recording's joints must name both, whether they were marked or not.
 _SHOULDERS = ("left_shoulder", "right_shoulder")
 
 
