@@ -42,7 +42,7 @@ from .statures import Stature
 
 @dataclass(frozen=True)
 class Wanted:
-    """The questions asked about a clip. within_m: limits in metres, ascending. region: of densities; None: the whole floor.
+    """What is asked about a clip. within_m: limits in metres, ascending. region: of densities; None: the whole floor.
 
     mount: as stated, for the camera that the clip begins with. shortest_event_s: what is shorter is no event. where:
     only pairs count both of whose people have these attributes.
