@@ -155,8 +155,8 @@ def from_people(
     told = _pooled(people, persons, ideal, settings, focal_known)
     repeated = max(1.0, told.n_people / max(gathered.most_at_once, 1)) if recurring else 1.0
     covariance = told.covariance_if_met(repeated)
-    mount = _mount(told, covariance, camera, focal_known)
     n_people = round(told.n_people / repeated)
+    mount = _mount(told, n_people, covariance, camera, focal_known)
     return PeopleFit(
         mount, n_people, told.n_detections, gathered.n_frames, _distances(people, mount), _doubts(mount, n_people),
     )  # fmt: skip
@@ -176,8 +176,11 @@ def _pooled(
     return told
 
 
-def _mount(told: Pooled, covariance: FloatArray, camera: Camera, focal_known: bool) -> Mount:
-    """Return the mount of what was found: pitch, roll, log height and log focal length are the first four."""
+def _mount(told: Pooled, n_people: int, covariance: FloatArray, camera: Camera, focal_known: bool) -> Mount:
+    """Return the mount of what was found: pitch, roll, log height and log focal length are the first four.
+
+    n_people: how many different ones count.
+    """
     block = covariance[:4, :4].copy()
     pitch, roll, log_height, log_focal = map(float, told.shared[:4])
     scale = told.camera.f_px / camera.f_px * math.exp(log_focal)
@@ -188,10 +191,10 @@ def _mount(told: Pooled, covariance: FloatArray, camera: Camera, focal_known: bo
     if focal_known and camera.focal_rel_sd == 0:
         block[3, :] = block[:, 3] = math.nan
     else:
-        source = camera.source if focal_known else Source(FocalSource.PEOPLE, f"{told.n_people} of many photos")
+        source = camera.source if focal_known else Source(FocalSource.PEOPLE, f"{n_people} of many photos")
         lens = replace(lens, focal_rel_sd=math.sqrt(block[3, 3]), source=source)
     rows = tuple(map(tuple, block.tolist()))
-    source = f"{told.n_people} people, seen {told.n_detections} times"
+    source = f"{n_people} people, seen {told.n_detections} times"
     return Mount(pitch, roll, math.exp(log_height), rows, lens, source=source)
 
 
@@ -208,7 +211,7 @@ def _distances(people: People, mount: Mount) -> tuple[float, float, float]:
 def _doubts(mount: Mount, n_people: int) -> tuple[str, ...]:
     doubts: list[str] = []
     if n_people < FEW_PEOPLE:
-        doubts.append(f"only {n_people} different people: statures of {FEW_PEOPLE} and more even out")
+        doubts.append(f"only {n_people} different people: it takes {FEW_PEOPLE} for statures to even out")
     if mount.sd[3] > _OPEN_FOCAL:
         doubts.append("the people leave the focal length open: the camera looks too level, state one")
     return tuple(doubts)

@@ -136,7 +136,7 @@ def _verify(args: argparse.Namespace) -> int:
             _say(str(error))
             failed += 1
         else:
-            _say(f"{located.path}: whole ({located.sha256})")
+            _say(f"{located.path}: intact ({located.sha256})")
     if not names:
         _say("no network is here yet: `proxemetry models fetch`")
     return SOME_FAILED if failed else DONE
