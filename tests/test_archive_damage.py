@@ -135,6 +135,32 @@ def test_the_review_and_scenes_have_what_is_whole(results: Path) -> None:
     assert [s.photo for s in stored.scenes([scenes[4].photo, scenes[1].photo])] == [scenes[1].photo, scenes[4].photo]
 
 
+def test_who_asks_for_a_photo_reads_its_part_alone(results: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    stored, read = Results.open(results), Folder.read
+    photos = [scene.photo for scene in stored.scenes()]
+    damage._found_whole.clear()
+    asked: list[str] = []
+    monkeypatch.setattr(Folder, "read", lambda self, name: asked.append(name) or read(self, name))
+    assert [s.photo for s in stored.scenes([photos[2], "no such photo.jpg"], corrected=False)] == [photos[2]]
+    assert [name for name in asked if "part" in name] == ["scenes/part-000002.parquet"]
+    assert list(stored.scenes(["no such photo.jpg"], corrected=False)) == []
+    _rot(results / "scenes/part-000002.parquet")
+    assert [s.status for s in stored.scenes([photos[2]], corrected=False)] == ["failed"]
+    assert stored.has_damage
+    _rot(results / "scenes/part-000002.parquet")  # and back
+    assert [s.status for s in stored.scenes()] == ["ok"] * 5
+    assert not stored.has_damage
+
+
+def test_a_summary_of_tables_that_are_current_reads_no_part(
+    original: Path, results: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert main(["export", str(results)]) == 0
+    _rot(results / "scenes/part-000002.parquet")
+    monkeypatch.setattr(Results, "tables_are_current", lambda *_: True)
+    assert main(["summary", str(results)]) == 0
+
+
 def test_what_is_wholly_damaged_is_one_line(results: Path, capsys: pytest.CaptureFixture[str]) -> None:
     for path in (results / "scenes").glob("part-*.parquet"):
         _rot(path)

@@ -11,7 +11,7 @@ from __future__ import annotations
 import json
 import os
 import re
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -93,6 +93,18 @@ class Manifest:
         cursor.execute("SELECT photo FROM read_parquet($paths) ORDER BY photo", {"paths": paths(self.folder)})
         while batch := cursor.fetchmany(10_000):
             yield from (name for (name,) in batch)
+
+
+def shards_of(folder: Folder, photos: Collection[str]) -> list[int] | None:
+    """Return the shards that photos of these names are in; None where the folder has no list of photos."""
+    files = paths(folder)
+    if not files:
+        return None
+    rows = attached(folder).execute(
+        "SELECT DISTINCT shard FROM read_parquet($paths) WHERE photo IN (SELECT unnest($names::VARCHAR[])) ORDER BY 1",
+        {"paths": files, "names": sorted(photos)},
+    )
+    return [shard for (shard,) in rows.fetchall()]
 
 
 def name_of(number: int) -> str:

@@ -33,7 +33,7 @@ from .part_rows import record_of, structure
 from .queries import as_cells, attributes_in, table_query
 from .run_file import run_of
 from .scratch import scratch_folder
-from .usable import Usable, usable_parts
+from .usable import Usable, has_left_out, usable_parts
 
 TABLE_FORMATS = ("csv", "parquet")
 
@@ -110,8 +110,8 @@ class Results:
 
     @property
     def has_damage(self) -> bool:
-        """Whether photos are left out because the file with their results is damaged."""
-        return bool(self.usable.damaged)
+        """Whether photos were left out of what was read: the file with their results is damaged."""
+        return has_left_out(self.folder)
 
     def require_whole(self) -> None:
         """Raise OutputError where a part is damaged: for those who must not do without any photo."""
@@ -124,7 +124,7 @@ class Results:
         """
         changed = self.corrected() if corrected else {}
         wanted = None if photos is None else set(photos)
-        usable = self.usable
+        usable = usable_parts(self.folder, wanted)
         lost = [scene for scene in usable.scenes() if wanted is None or scene.photo in wanted]
         measured = parts.scenes(self.folder, usable.names, wanted)
         for scene in heapq.merge(measured, lost, key=attrgetter("photo")) if lost else measured:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+from collections.abc import Collection
 from dataclasses import dataclass
 from functools import cache
 
@@ -29,21 +30,36 @@ class Usable:
         return [Scene.failed(photo, REASON) for photo in self.left_out]
 
 
-def usable_parts(folder: Folder) -> Usable:
-    """Return which parts can be read, and warn once of those that cannot.
+#: The folders in which this process has left photos out.
+_left_out_in: set[str] = set()
+
+
+def has_left_out(folder: Folder) -> bool:
+    """Return whether this process has left out photos of a folder, in the last that it read of it."""
+    return folder.location in _left_out_in
+
+
+def usable_parts(folder: Folder, photos: Collection[str] | None = None) -> Usable:
+    """Return which parts can be read, and warn once of those that cannot; of some photos only the parts they are in.
 
     Raises OutputError where none can be, or the list of photos is gone, which says what was in them.
     """
     names = parts.names_of(folder)
+    if photos is not None and (shards := manifest.shards_of(folder, photos)) is not None:
+        wanted = set(map(parts.name_of, shards))
+        names = [name for name in names if name in wanted]
     damaged = damaged_parts(folder, names)
     if not damaged:
+        if photos is None:
+            _left_out_in.discard(folder.location)
         return Usable(tuple(names))
     listed = manifest.read(folder)
-    if listed is None or len(damaged) == len(names):
+    if listed is None or (photos is None and len(damaged) == len(names)):
         require_whole(folder, damaged)
     assert listed is not None
     lost = [s for s in range(listed.n_shards) if parts.name_of(s) in damaged]
     left_out = sorted(item.photo for shard in lost for item in listed.items(shard))
+    _left_out_in.add(folder.location)
     _warn(folder.path(damaged[0]), len(damaged) - 1, len(left_out))
     return Usable(tuple(name for name in names if name not in damaged), tuple(damaged), tuple(left_out))
 
