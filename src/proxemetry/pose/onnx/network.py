@@ -169,8 +169,12 @@ def _load_openvino(path: Path, device: str) -> tuple[Run, list[Any], str]:
 def _load_litert(path: Path, device: str, eight_bits: bool) -> tuple[Run, list[Any], str]:
     if device != "cpu":
         raise ModelError(f"{path.name} runs on the processor alone, not on {device!r}: a GPU needs an ONNX file")
-    stored = path.read_bytes()
-    content = in_eight_bits(stored) if eight_bits else stored
+    content = path.read_bytes()
+    if eight_bits:
+        try:
+            content = in_eight_bits(content)
+        except ModelError as error:
+            raise ModelError(f"{path}: {error}") from error
     of_thread = threading.local()  # an interpreter's buffers are its own
 
     def loaded() -> Any:

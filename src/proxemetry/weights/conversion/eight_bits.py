@@ -132,7 +132,10 @@ class _Graph:
         if not at:
             return 0, 0
         begin = self._led_to(at)
-        return begin + 4, struct.unpack_from("<I", self.writer.content, begin)[0]
+        count = int(struct.unpack_from("<I", self.writer.content, begin)[0])
+        if count > len(self.writer.content) - begin:
+            raise ValueError(f"{count} numbers from byte {begin} on")
+        return begin + 4, count
 
     def _slots(self, table: int, number: int) -> list[int]:
         begin, count = self._vector(table, number)
