@@ -14,7 +14,7 @@ from proxemetry.cli import main
 from proxemetry.errors import KeypointsError, ProxemetryError, SettingsError
 from proxemetry.people import People
 from proxemetry.people.skeleton import BODY_25, COCO_17, PARTS
-from proxemetry.pose.formats import Beside
+from proxemetry.pose.formats import EXTRA_JOINTS, Beside
 from proxemetry.pose.recorded import Recorded
 from synthetic.drawn import people_at
 from synthetic.reviewing import CAMERA, HEIGHT, WIDTH, draw_photo
@@ -236,6 +236,29 @@ def test_hands_and_face_are_written_back_in_pixels_of_the_photo(photos: Path) ->
         assert entry["lefthand_box"] == [2.0, 4.0, 6.0, 8.0]
         assert (entry["area"], entry["note"]) == (480000.0, "as it is")
         assert "segmentation" not in entry
+
+
+def test_pixels_beside_are_scaled_along_their_own_axis() -> None:
+    entry = {
+        "face_kpts": [1.0, 10.0, 0.5], "bbox": [1.0, 2.0, 3.0, 4.0], "area": 12.0, "id": 4, "foot_kpts": "none",
+        "segmentation": [[1.0, 2.0, 3.0, 4.0]], EXTRA_JOINTS: {"left_hand_1": [5.0, 6.0, 0.7]},
+    }  # fmt: skip
+    (found,) = Beside((entry,)).scaled((2.0, 3.0)).people
+    assert found == {
+        "face_kpts": [2.0, 30.0, 0.5], "bbox": [2.0, 6.0, 6.0, 12.0], "area": 72.0, "id": 4,
+        "segmentation": [[2.0, 6.0, 6.0, 12.0]], EXTRA_JOINTS: {"left_hand_1": [10.0, 18.0, 0.7]},
+    }  # fmt: skip
+    assert Beside((entry,)).scaled(None).people == ({"id": 4},)
+
+
+def test_ids_of_two_files_stay_apart(photos: Path) -> None:
+    project = opened(photos)
+    for name in ("a.jpg", "b.jpg"):
+        project.start_from(_write(photos.parent / f"{name}.json", _coco(name)))
+    back = json.loads((project.out / COCO_FILE).read_text())
+    assert [image["id"] for image in back["images"]] == [3, 1]
+    assert [(entry["id"], entry["image_id"]) for entry in back["annotations"]] == [(7, 3), (8, 3), (1, 1), (2, 1)]
+    assert len(back["categories"]) == 2
 
 
 def test_a_whole_body_without_names_keeps_its_other_joints(photos: Path) -> None:

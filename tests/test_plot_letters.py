@@ -5,6 +5,7 @@ import math
 import warnings
 from collections.abc import Iterator
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from fontTools.pens.ttGlyphPen import TTGlyphPen
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.font_manager import fontManager
+from matplotlib.ft2font import FT2Font
 from PIL import Image
 
 from proxemetry import plots
@@ -105,6 +107,15 @@ def test_a_font_that_has_the_letters_is_used() -> None:
     square = _drawn("日")
     assert (square[..., 0] < 128).sum() > 100
     assert (square == _drawn("本")).all()
+
+
+@pytest.mark.usefixtures("with_font")
+def test_a_font_of_pictures_alone_is_no_help(monkeypatch: pytest.MonkeyPatch) -> None:
+    def of_pictures(path: str) -> SimpleNamespace:
+        return SimpleNamespace(scalable="made_up" not in path, get_charmap=FT2Font(path).get_charmap)
+
+    monkeypatch.setattr(fonts, "FT2Font", of_pictures)
+    assert fonts.drawable("日本") == r"\u65e5\u672c"
 
 
 @pytest.mark.usefixtures("bare")
