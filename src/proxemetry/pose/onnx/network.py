@@ -79,7 +79,7 @@ class Network:
     def run_made(self, inputs: list[Callable[[], Floats]]) -> list[Floats]:
         """Return the outputs for inputs, each of a batch of one, that are made when their turn comes.
 
-        A processor then reads what it has just written, and no more inputs are there at once than threads.
+        No more inputs are in memory at once than threads: those of a crowd of 600 would fill 350 MB.
         """
         if self._takes_batches or self._fixed_batch not in (None, 1):
             return self.run(np.concatenate(self.each(inputs)))
