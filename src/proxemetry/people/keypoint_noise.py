@@ -34,7 +34,7 @@ from .skeleton import kind_of
 DEFAULT_SOURCE = "default"
 
 #: `NoiseLaw.alike` of detectors that were not measured: that of those that were. Six people whose joints were measured
-#: have 87 % of their pairs inside the intervals with it, 76 without (benchmarks/accuracy/captured_people.py).
+#: have 88 % of their pairs inside the intervals with it, 76 without (benchmarks/accuracy/captured_people.py).
 UNMEASURED_ALIKE = 3.0
 
 #: What counts as one stature where only a limb is seen, metres (a 1.70 m adult; joints as detectors place them).
