@@ -206,6 +206,14 @@ def test_frames_whose_part_is_damaged_or_gone_are_measured_again(kind, made, res
     assert ("part-000000.parquet: damaged since" in capsys.readouterr().err) == (kind == "flipped")
 
 
+@pytest.mark.parametrize("command", ["summary", "report", "review", "score"])
+def test_what_is_for_photos_alone_says_so_of_a_clip(command, results, capsys):
+    more = ["--labels", str(results)] if command == "score" else []
+    assert main([command, str(results), *more]) == 2
+    said = capsys.readouterr().err
+    assert said.count("\n") == 1 and "results of a clip, not of photos: its page is report.html" in said
+
+
 def test_other_settings_are_refused(made, results, capsys):
     assert video(made, results, "--fps", "2") == 2
     assert "--fps was 5.0, is 2" in capsys.readouterr().err

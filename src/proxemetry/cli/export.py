@@ -8,8 +8,9 @@ from ..archive.figures.export import COCO_FILE, write_coco, write_spss
 from ..archive.figures.spreadsheet import Locale, write_local_csv, write_xlsx
 from ..archive.store.folder import Folder
 from ..archive.store.results import TABLE_FORMATS, Results
+from ..archive.store.run_file import is_of_clip
 from ..clip.columns import codebook_page
-from ..clip.tables_again import is_clip, write_again
+from ..clip.tables_again import write_again
 from ..errors import SettingsError
 from ..tables import TABLES
 from . import DONE, SOME_FAILED
@@ -65,7 +66,7 @@ def run(args: argparse.Namespace) -> int:
         return DONE
     if args.results is None:
         raise SettingsError("no results named: proxemetry export DIR")
-    if is_clip(Folder(args.results)):
+    if is_of_clip(Folder(args.results)):
         return _clip(args)
     results = Results.open(args.results)
     results.require_finished()

@@ -38,7 +38,7 @@ def run(args: argparse.Namespace) -> int:
     """Draw the figures and print where they are."""
     if importlib.util.find_spec("matplotlib") is None:
         raise SettingsError("figures need matplotlib: pip install 'proxemetry[plot]'")
-    results = Results.open(args.results)
+    results = Results.open(args.results, or_clip=True)
     drawn = draw(
         results, args.out, args.photos, kinds=args.kind or KINDS, within_m=args.within, faces=args.faces,
         on_written=lambda path: print(path, flush=True),

@@ -17,6 +17,7 @@ from ..archive.run.schedule import Note, Progress
 from ..archive.store import parts
 from ..archive.store.folder import RUN_FILE, Folder
 from ..archive.store.identity import Identity, require_same
+from ..archive.store.run_file import CLIP_SCHEMA
 from ..arrays import FloatArray
 from ..errors import ClipError, OutputError, SettingsError
 from ..files import parse_json, read_json
@@ -29,7 +30,6 @@ from .measuring import FRAMES_FILE, Job, Worker, measure_clip
 from .summary import SUMMARY, Sums, summary, write_json
 from .writing import remove_tracks, write_results
 
-SCHEMA = "proxemetry.clip/1"
 MOUNT_FILE = "mount.json"
 
 
@@ -103,7 +103,7 @@ def _check_mount(clip: Clip, wanted: Wanted) -> None:
 
 def _join(folder: Folder, identity: Identity, clip: Clip, fps: float) -> None:
     fields = {
-        "schema": SCHEMA, "version": identity.version, "pose": identity.pose, "models": dict(identity.models),
+        "schema": CLIP_SCHEMA, "version": identity.version, "pose": identity.pose, "models": dict(identity.models),
         "settings": dict(identity.settings), "metadata": identity.metadata(), "clip": clip.name,
         "clip_sha256": clip.sha256, "fps": fps, "python": platform.python_version(),
         "platform": f"{platform.system()} {platform.machine()}",
@@ -111,7 +111,7 @@ def _join(folder: Folder, identity: Identity, clip: Clip, fps: float) -> None:
     if folder.create(RUN_FILE, (json.dumps(fields, indent=2) + "\n").encode()):
         return
     before = read_run(folder)
-    if before.get("schema") != SCHEMA:
+    if before.get("schema") != CLIP_SCHEMA:
         raise OutputError(f"{folder.location}: holds results of photos; name another --out for a clip")
     if before.get("clip_sha256") != clip.sha256:
         same = before.get("clip") == clip.name

@@ -8,18 +8,12 @@ from itertools import chain
 from ..archive.figures.export import write_sav_files
 from ..archive.figures.spreadsheet import Locale, Table, rows_of, write_csv_files, write_workbook
 from ..archive.store.duck import attached, quoted
-from ..archive.store.folder import RUN_FILE, Folder
+from ..archive.store.folder import Folder
 from ..errors import OutputError
 from ..tables import PREFIX, Column, rows_about
 from .columns import TABLES, codebook
 from .exports import COCO
 from .writing import CODEBOOK
-
-
-def is_clip(folder: Folder) -> bool:
-    """Return whether a results folder is a clip's."""
-    content = folder.read(RUN_FILE)
-    return content is not None and b'"proxemetry.clip/1"' in content
 
 
 def write_again(folder: Folder, target: Folder, formats: Sequence[str], locale: Locale | None = None) -> list[str]:

@@ -31,7 +31,7 @@ from .folder import CAMERAS_FILE, OVERLAYS, RUN_FILE, Folder, is_url
 from .identity import SETTINGS_SHA256
 from .part_rows import record_of, structure
 from .queries import as_cells, attributes_in, table_query
-from .run_file import run_of
+from .run_file import is_of_clip, run_of
 from .scratch import scratch_folder
 from .usable import Usable, has_left_out, usable_parts
 
@@ -48,11 +48,19 @@ class Results:
     folder: Folder
 
     @classmethod
-    def open(cls, location: str | Path) -> Results:
-        """Return an existing results folder; raises OutputError where there is none."""
+    def open(cls, location: str | Path, *, or_clip: bool = False) -> Results:
+        """Return an existing results folder; raises OutputError where there is none.
+
+        or_clip: one of a clip is wanted too, of which the scenes alone are as those of photos.
+        """
         folder = Folder(location)
         if folder.read(RUN_FILE) is None:
             raise OutputError(f"{folder.location}: no results there; `proxemetry measure PHOTOS --out DIR` makes them")
+        if not or_clip and is_of_clip(folder):
+            raise OutputError(
+                f"{folder.location}: results of a clip, not of photos: its page is report.html, its numbers are in "
+                "summary.json, and `proxemetry export` writes its tables for other programs"
+            )
         return cls(folder)
 
     @property

@@ -9,6 +9,15 @@ from typing import Any
 from ...errors import OutputError
 from .folder import RUN_FILE, Folder
 
+#: Schema of the `run.json` of a clip.
+CLIP_SCHEMA = "proxemetry.clip/1"
+
+
+def is_of_clip(folder: Folder) -> bool:
+    """Return whether a results folder is a clip's."""
+    content = folder.read(RUN_FILE)
+    return content is not None and f'"{CLIP_SCHEMA}"'.encode() in content
+
 
 def require_run(content: Any, path: str) -> dict[str, Any]:
     """Return what `run.json` holds; raises OutputError where it is not what a run writes there."""
