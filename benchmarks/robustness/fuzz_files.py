@@ -229,7 +229,8 @@ def _results(rng: Rng, folder: Path) -> HandIn:
         code = main([command, str(folder / "r"), *more])
         if code == 2:
             raise SystemExit(2)
-        assert code == 0, f"exit code {code}"
+        # 1: photos of a damaged part are rows that say so, the rest is answered.
+        assert code in (0, 1), f"exit code {code}"
         yield from ()
 
     return hand_in
