@@ -28,11 +28,14 @@ def connection(threads: int | None = 1) -> Any:
 
 
 def attached(folder: Folder, threads: int | None = 1) -> Guarded:
-    """Return this process's DuckDB, able to read the folder; what it raises names what is damaged there."""
+    """Return a cursor of this process's DuckDB, able to read the folder; what it raises names what is damaged there.
+
+    It is the caller's own, since DuckDB refuses two threads on one: the review page answers several requests at a time.
+    """
     connected = connection(threads)
     if folder.filesystem is not None and not connected.filesystem_is_registered(folder.location.partition("://")[0]):
         connected.register_filesystem(folder.filesystem)
-    return Guarded(connected, folder)
+    return Guarded(connected.cursor(), folder)
 
 
 def named(name: str) -> str:
