@@ -145,7 +145,7 @@ def _digest(model: SameModel | None, shoot: Shoot | None) -> str:
 def open_rows(folder: Folder) -> Iterator[tuple[int, dict[str, Any]]]:
     """Yield shard and row of every photo on which others may be evidence."""
     names = ", ".join(_COLUMNS)
-    cursor = attached(folder).cursor()
+    cursor = attached(folder)
     cursor.execute(
         f"SELECT regexp_extract(filename, 'part-(\\d+)[.]parquet$', 1)::INTEGER, {names} "
         f"FROM {parts.every_row(folder, with_names=True)} WHERE {_OPEN}"

@@ -45,7 +45,7 @@ class FileScan(BackgroundTask[ChangedFiles]):
     """
 
     def __init__(self, folder: Folder, update: ManifestUpdate, is_mine: Callable[[int], bool]) -> None:
-        self._duck = attached(folder).cursor()  # a thread needs one of its own
+        self._duck = attached(folder)
         super().__init__(lambda: self._scanned(folder, update, is_mine))
 
     def _scanned(self, folder: Folder, update: ManifestUpdate, is_mine: Callable[[int], bool]) -> ChangedFiles:

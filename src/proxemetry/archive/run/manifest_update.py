@@ -38,7 +38,7 @@ class ManifestUpdate(BackgroundTask[Manifest]):
     passed_over: str = ""
 
     def __init__(self, folder: Folder, named: Search | Sequence[str], known: Manifest | None) -> None:
-        self._duck = attached(folder).cursor()  # a thread needs one of its own
+        self._duck = attached(folder)
         super().__init__(lambda: self._completed(folder, named, known))
 
     def _completed(self, folder: Folder, named: Search | Sequence[str], known: Manifest | None) -> Manifest:

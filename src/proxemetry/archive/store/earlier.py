@@ -28,7 +28,7 @@ def rows_of(
 
     names: of the parts in the folder, at least one. structure: that of one row, as DuckDB's `from_json` takes it. only:
     those of `AS_EVER` that are wanted, which are read as they are. with_names: with their `filename`. duck: a DuckDB
-    cursor to use, where this is not the only thread.
+    cursor to use instead of one of its own.
     """
     if only:  # the other columns are not looked at, whatever they are
         columns = [*only, "filename"] if with_names else only

@@ -86,10 +86,10 @@ class Manifest:
         return found
 
     def names(self, duck: Any = None) -> Iterator[str]:
-        """Yield all photos' names in their order. duck: a DuckDB cursor to use, where this is not the only thread."""
+        """Yield all photos' names in their order. duck: a DuckDB cursor to use instead of one of its own."""
         if not self.files:
             return
-        cursor = attached(self.folder).cursor() if duck is None else duck
+        cursor = attached(self.folder) if duck is None else duck
         cursor.execute("SELECT photo FROM read_parquet($paths) ORDER BY photo", {"paths": paths(self.folder)})
         while batch := cursor.fetchmany(10_000):
             yield from (name for (name,) in batch)
@@ -142,7 +142,7 @@ def absolute(folder: Folder, root: str | None) -> str | None:
 def read(folder: Folder, duck: Any = None) -> Manifest | None:
     """Return the manifest of a results folder, None where there is none; raises OutputError for another kind.
 
-    duck: a DuckDB cursor to use, where this is not the only thread.
+    duck: a DuckDB cursor to use instead of one of its own.
     """
     files = paths(folder)
     if not files:

@@ -111,7 +111,7 @@ def metadata_of(folder: Folder, shards: Iterable[int]) -> list[dict[str, str]]:
 def measured_files(folder: Folder, shards: Iterable[int], cursor: Any = None) -> list[tuple[str, str]]:
     """Return name and SHA-256 of one photo of each shard, none of a shard whose files could not be read.
 
-    cursor: of DuckDB, for callers that are not the only thread.
+    cursor: of DuckDB, to use instead of one of its own.
     """
     names, duck = list(map(name_of, shards)), cursor or attached(folder)
     if not names:
@@ -134,7 +134,7 @@ def scenes(
     if not names:
         return
     every = every_row(folder, names, only=AS_EVER)
-    cursor = attached(folder).cursor()
+    cursor = attached(folder)
     if photos is None and files is None:
         cursor.execute(f"SELECT scene FROM {every} ORDER BY photo")
     else:

@@ -222,7 +222,7 @@ class Results:
     def _made_of(self, where: Folder, *tables: str) -> set[str | None]:
         """Return the state of the results that the Parquet tables in a folder were made from."""
         query = f"SELECT decode(value) FROM parquet_kv_metadata($path) WHERE decode(key) = '{_MADE_OF}'"
-        duck = attached(self.folder, threads=None).cursor()  # a summary runs while other queries do
+        duck = attached(self.folder, threads=None)
         rows = [duck.execute(query, {"path": where.path(f"{t}.parquet")}).fetchone() for t in tables]
         return {None if row is None else row[0] for row in rows}
 
