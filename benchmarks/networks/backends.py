@@ -12,8 +12,8 @@ torsos of the label (one not found counts as wrong), and the median ratio of len
 shoulders, hips and ears.
 
 Times are processor time a photo, of one process with one thread and of two at once (half of each one's, what two
-workers take for a photo), so that what else the machine does counts less. --write puts the table into docs/backends.md.
-With --street the depth errors of street.py follow.
+workers take for a photo), so that what else the machine does counts less. With --street the depth errors of
+street.py follow. --write puts the table into docs/backends_measured.md.
 """
 
 from __future__ import annotations
@@ -97,7 +97,7 @@ COLUMNS = (
     "back end, effort", "clear", "hard", "doubles", "false", "labelled people", "PCK@.1", "PCK@.2",
     "torso / shoulders / hips / ears", "ms, one worker", "ms, two",
 )  # fmt: skip
-_PAGE = Path(__file__).parents[2] / "docs" / "backends.md"
+_PAGE = Path(__file__).parents[2] / "docs" / "backends_measured.md"
 BEGIN, END = "<!-- benchmarks/networks/backends.py: begin -->", "<!-- end -->"
 
 
@@ -168,7 +168,7 @@ def main() -> None:
     add_models_option(parser)
     parser.add_argument("--pose", default="", help="names with commas between; all at hand without it")
     parser.add_argument("--effort", default="normal")
-    parser.add_argument("--write", action="store_true", help="put the table into docs/backends.md")
+    parser.add_argument("--write", action="store_true", help="put the table into docs/backends_measured.md")
     args = parser.parse_args()
     names = args.pose.split(",") if args.pose else available()
     rows: list[list[str]] = []

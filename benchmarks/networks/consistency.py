@@ -1,6 +1,7 @@
 """Do intervals hold where a back end looks at the same photo twice? Real photos, no truth needed.
 
-    python -m benchmarks.networks.consistency [--photos DIR ...] [--models DIR] [--pose A,B] [--write docs/backends.md]
+    python -m benchmarks.networks.consistency [--photos DIR ...] [--models DIR] [--pose A,B] \\
+        [--write docs/backends_measured.md]
 
 A second look shows the photo's mirror image, its mirror image at 0.7 of the size, half the size, 0.7 of the size, moved
 by a few pixels, or without a margin; or another back end looks. Both looks are placed with the same camera, the assumed
