@@ -1,7 +1,9 @@
 """The camera's laws and closed forms."""
 
 import math
+from dataclasses import replace
 
+import cv2
 import numpy as np
 import pytest
 from hypothesis import given
@@ -58,6 +60,27 @@ def test_undistorted_pixels_belong_to_the_ideal_camera(camera, point):
     assert camera.undistorted(camera.project(point)) == pytest.approx(ideal, rel=1e-6, abs=1e-5)
 
 
+@given(cameras, points, st.floats(-0.05, 0.05), st.floats(-0.01, 0.01), st.floats(-0.01, 0.01), st.floats(-0.02, 0.02))
+def test_pixels_are_where_opencv_puts_them(camera, point, k2, p1, p2, k3):
+    bent = replace(camera, distortion=(camera.distortion[0], k2, p1, p2, k3))
+    matrix = np.array([[bent.fx, 0.0, bent.cx], [0.0, bent.fy, bent.cy], [0.0, 0.0, 1.0]])
+    pixels, _ = cv2.projectPoints(point[None], np.zeros(3), np.zeros(3), matrix, np.array(bent.distortion))
+    assert bent.project(point) == pytest.approx(pixels[0, 0], abs=1e-6)
+
+
+def test_undoing_a_strong_distortion_is_exact_to_the_corners():
+    camera = Camera(900, 950, 610, 350, 1200, 720, (-0.12, 0.03, 0.01, -0.02, 0.01))
+    corners = np.array([[0, 0], [1200, 0], [0, 720], [1200, 720], [600, 0], [0, 360]], float)
+    assert camera.project(camera.rays(corners)) == pytest.approx(corners, abs=1e-6)
+
+
+def test_pixels_of_a_lens_without_distortion_stay_and_are_a_copy():
+    pixels = np.array([[3.0, 4.0], [math.nan, 5.0]])
+    straight = Camera.centred(900, 1200, 800).undistorted(pixels)
+    assert straight == pytest.approx(pixels, nan_ok=True)
+    assert straight is not pixels
+
+
 def test_points_behind_the_camera_are_nan_and_keep_their_row():
     pixels = Camera.centred(100, 10, 10).project([[0, 0, -1], [0, 0, 1]])
     assert np.isnan(pixels[0]).all()
@@ -77,7 +100,19 @@ def test_with_focal_keeps_the_pixels_aspect():
     assert camera.fy / camera.fx == pytest.approx(1.21)
 
 
-@pytest.mark.parametrize("wrong", [{"fx": 0}, {"fy": math.nan}, {"width": 0}, {"cx": math.inf}])
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"fx": 0},
+        {"fy": math.nan},
+        {"width": 0},
+        {"fx": "900"},
+        {"fy": [900.0, 900.0]},
+        {"cx": math.inf},
+        {"distortion": (0.1,) * 4},
+        {"distortion": (0, 0, 1e9, 0, 0)},
+    ],
+)
 def test_impossible_cameras_are_refused(wrong):
     fields = {"fx": 1.0, "fy": 1.0, "cx": 0.0, "cy": 0.0, "width": 1, "height": 1, **wrong}
     with pytest.raises(CameraError, match=next(iter(wrong))):
