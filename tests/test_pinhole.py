@@ -69,8 +69,9 @@ def test_a_face_seen_from_behind_gives_no_pupils():
     assert not locate("pupil", People(COCO_17, swapped, people.scores)).placed[0]
 
 
-def test_with_one_ear_the_pupils_are_far_eye_to_ear_over_1_95():
-    people = without(people_at([(0, 0, 5)], CAMERA), "right_ear")
+@pytest.mark.parametrize("unseen", ["left_ear", "right_ear"])
+def test_with_one_ear_the_pupils_are_far_eye_to_ear_over_1_95(unseen):
+    people = without(people_at([(0, 0, 5)], CAMERA), unseen)
     far = np.hypot(0.0315 + 0.07, 0.01) / 1.95
     assert locate("pupil", people).positions_m[0, 2] == pytest.approx(0.063 / (far / 5))
 

@@ -92,7 +92,7 @@ def _locate(method: str, cues: tuple[str, ...], people: People, camera: Camera, 
     places = np.stack([_positions(*lengths[cue], constants[cue], settings.quirks) for cue in cues])  # (C, P, 3)
     reach = np.linalg.norm(places, axis=-1)
     reach = np.where(np.isnan(reach), np.inf, reach)
-    nearest = reach.argmin(axis=0) if len(people) else np.zeros(0, dtype=int)
+    nearest = reach.argmin(axis=0)
     placed = np.isfinite(reach.min(axis=0, initial=np.inf))
     rows = np.arange(len(people))
     positions = np.where(placed[:, None], places[nearest, rows], np.nan)
