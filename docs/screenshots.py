@@ -109,7 +109,7 @@ def main() -> None:
             executable_path=os.environ.get("CHROMIUM", "/usr/bin/chromium"), args=["--no-sandbox", "--disable-gpu"]
         )
         page = browser.new_page(viewport={"width": 1280, "height": 800})
-        page.goto(write_report(results, photos=2).resolve().as_uri())
+        page.goto(write_report(results, photos=2).path.resolve().as_uri())
         keep(page, "report")
         show_review(page, results)
         browser.close()

@@ -23,6 +23,7 @@ from proxemetry.archive.store.results import Results
 from proxemetry.cli import main
 from proxemetry.errors import OutputError
 from proxemetry.evaluate import predict_photos
+from proxemetry.report import write_report
 from proxemetry.settings import Settings
 from synthetic.small_photos import write_photo
 
@@ -128,6 +129,7 @@ def test_the_review_and_scenes_have_what_is_whole(results: Path) -> None:
         _rot(path)
     stored = Results.open(results)
     scenes = list(stored.scenes())
+    assert stored.usable().left_out == (scenes[0].photo, scenes[4].photo)
     assert [scene.status for scene in scenes] == ["failed", "ok", "ok", "ok", "failed"]
     assert [card.photo for card in cards(stored)] == [scene.photo for scene in scenes]
     assert [card.status for card in cards(stored)] == [scene.status for scene in scenes]
@@ -146,10 +148,11 @@ def test_who_asks_for_a_photo_reads_its_part_alone(results: Path, monkeypatch: p
     assert list(stored.scenes(["no such photo.jpg"], corrected=False)) == []
     _rot(results / "scenes/part-000002.parquet")
     assert [s.status for s in stored.scenes([photos[2]], corrected=False)] == ["failed"]
-    assert stored.has_damage
+    assert stored.usable([photos[2]]).damaged == stored.usable().damaged == ("scenes/part-000002.parquet",)
+    assert stored.usable([photos[1]]).damaged == ()
     _rot(results / "scenes/part-000002.parquet")  # and back
     assert [s.status for s in stored.scenes()] == ["ok"] * 5
-    assert not stored.has_damage
+    assert stored.usable().damaged == ()
 
 
 def test_a_summary_of_tables_that_are_current_reads_no_part(
@@ -159,6 +162,26 @@ def test_a_summary_of_tables_that_are_current_reads_no_part(
     _rot(results / "scenes/part-000002.parquet")
     monkeypatch.setattr(Results, "tables_are_current", lambda *_: True)
     assert main(["summary", str(results)]) == 0
+
+
+def test_a_figure_that_a_report_lacks_is_told_though_its_tables_are_whole(
+    results: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert main(["export", str(results)]) == 0
+    monkeypatch.setattr(Results, "tables_are_current", lambda *_: True)
+    assert write_report(results, photos=5).damaged == ()
+    _rot(results / "scenes/part-000002.parquet")
+    assert write_report(results, photos=5).damaged == ("scenes/part-000002.parquet",)
+    assert write_report(results, photos=0).damaged == ()  # nothing was read of it
+
+
+def test_tables_of_an_unfinished_run_tell_what_they_lack(results: Path) -> None:
+    whole = _rot(results / "scenes/part-000002.parquet")
+    assert main(["export", str(results)]) == 1
+    (results / "scenes/part-000002.parquet").write_bytes(whole)
+    (results / "scenes/part-000004.parquet").unlink()
+    assert main(["summary", str(results)]) == 1
+    assert Results.open(results).damaged_in_tables() == ("scenes/part-000002.parquet",)
 
 
 def test_what_is_wholly_damaged_is_one_line(results: Path, capsys: pytest.CaptureFixture[str]) -> None:

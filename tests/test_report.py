@@ -133,7 +133,7 @@ def test_one_photo_has_no_interval() -> None:
 
 
 def test_the_page_needs_nothing_but_itself(results: Results) -> None:
-    path = write_report(results.folder.location, photos=2)
+    path = write_report(results.folder.location, photos=2).path
     text = path.read_text()
     assert path.name == FILE
     assert not re.findall(r"""(?:src|href)\s*=\s*["'](?!data:|#figure-|(?:[.][.]/)+photos/|overlays/)""", text)
@@ -150,13 +150,13 @@ def test_corrections_are_in_the_report(tmp_path: Path) -> None:
     log = Log(Path(results.folder.location) / LOG_FILE)
     log.append(scene, "exclude", {"excluded": True, "reason": "a mirror"}, "ada")
     log.close()
-    text = write_report(results.folder.location, photos=0).read_text()
+    text = write_report(results.folder.location, photos=0).path.read_text()
     assert "excluded by a reviewer" in text and "excluded in review: a mirror" in text
     assert "1 photo was corrected by hand" in text
 
 
 def test_assumed_focal_lengths_stand_beside_the_distances(results: Results, tmp_path: Path) -> None:
-    text = write_report(results.folder.location, tmp_path / "r.html").read_text()
+    text = write_report(results.folder.location, tmp_path / "r.html").path.read_text()
     assert "In 1 of 4 measured photos the focal length is ASSUMED" in text
 
 
@@ -166,7 +166,7 @@ def test_listed_pairs_link_to_figure_overlay_and_photo(tmp_path: Path) -> None:
     folder = Path(results.folder.location)
     for path in (folder / FILE, tmp_path / "elsewhere" / "r.html"):
         path.parent.mkdir(exist_ok=True)
-        text = write_report(folder, path, photos=1).read_text()
+        text = write_report(folder, path, photos=1).path.read_text()
         links = set(re.findall(r"href='([^']+)'>(figure|overlay|photo)<", text))
         assert {what for _, what in links} == {"figure", "overlay", "photo"}
         for address, what in links:
@@ -176,7 +176,7 @@ def test_listed_pairs_link_to_figure_overlay_and_photo(tmp_path: Path) -> None:
                 assert (path.parent / unquote(address)).is_file() and not address.startswith("/")
     for photo in (tmp_path / "photos").rglob("*.jpg"):
         photo.unlink()
-    assert ">photo</a>" not in write_report(folder, photos=0).read_text()  # no link to what is gone
+    assert ">photo</a>" not in write_report(folder, photos=0).path.read_text()  # no link to what is gone
 
 
 def test_names_are_text_not_markup(tmp_path: Path) -> None:
@@ -184,7 +184,7 @@ def test_names_are_text_not_markup(tmp_path: Path) -> None:
     draw_photo(tmp_path / "photos" / name, people_at(PHOTOS["market/two.jpg"][0], CAMERA))
     scene = replace(scene_of(tmp_path / "photos" / name, "market/two.jpg"), photo=name)
     results = write_results(tmp_path / "results", tmp_path / "photos", [scene])
-    text = write_report(results.folder.location, photos=1).read_text()
+    text = write_report(results.folder.location, photos=1).path.read_text()
     assert "<img src=x" not in text and "&lt;img src=x onerror=alert(1)&gt;" in text
 
 
@@ -192,14 +192,14 @@ def test_a_run_that_found_nobody_still_has_a_report(tmp_path: Path) -> None:
     draw_photo(tmp_path / "photos" / "market" / "empty.jpg", people_at([], CAMERA))
     scene = scene_of(tmp_path / "photos" / "market" / "empty.jpg", "market/empty.jpg")
     results = write_results(tmp_path / "results", tmp_path / "photos", [scene])
-    assert "There is none." in write_report(results.folder.location).read_text()
+    assert "There is none." in write_report(results.folder.location).path.read_text()
 
 
 def test_photos_that_are_gone_leave_their_people(tmp_path: Path) -> None:
     results = make_results(tmp_path)
     for photo in (tmp_path / "photos").rglob("*.jpg"):
         photo.unlink()
-    assert "data:image/jpeg" in write_report(results.folder.location, photos=1).read_text()
+    assert "data:image/jpeg" in write_report(results.folder.location, photos=1).path.read_text()
 
 
 def test_errors_say_what_to_do(results: Results, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -208,7 +208,7 @@ def test_errors_say_what_to_do(results: Results, tmp_path: Path, capsys: pytest.
     with pytest.raises(SettingsError, match="folder, country"):
         write_report(results.folder.location, group_by="mood")
     with pytest.raises(OutputError, match="cannot be written"):
-        write_report(results.folder.location, tmp_path / "no" / "report.html", photos=0)
+        write_report(results.folder.location, Path(results.folder.location, "run.json", "report.html"), photos=0)
     assert main(["report", str(tmp_path)]) == 2
     assert len(capsys.readouterr().err.strip().splitlines()) == 1
     assert main(["report", results.folder.location, "--photos", "0", "--out", str(tmp_path / "r.html")]) == 0
@@ -219,7 +219,7 @@ def page(results: Results) -> Iterator[object]:
     playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
     if not CHROMIUM.exists():
         pytest.skip(f"no Chromium at {CHROMIUM}: apt-get install chromium, or set CHROMIUM")
-    path = write_report(results.folder.location, photos=2)
+    path = write_report(results.folder.location, photos=2).path
     with playwright.sync_playwright() as running:
         browser = running.chromium.launch(executable_path=str(CHROMIUM), args=["--no-sandbox", "--disable-gpu"])
         opened = browser.new_page(viewport={"width": 1100, "height": 900})

@@ -88,7 +88,7 @@ def run(args: argparse.Namespace) -> int:
         write_coco(results, target)
         written.append(COCO_FILE)
     print(f"written to {target.location}: {', '.join(written)}")
-    return SOME_FAILED if results.has_damage else DONE
+    return SOME_FAILED if results.usable().damaged else DONE
 
 
 def _clip(args: argparse.Namespace) -> int:

@@ -45,4 +45,4 @@ def run(args: argparse.Namespace) -> int:
     )  # fmt: skip
     if not drawn:
         raise SettingsError(f"{args.results}: no measured photo there matches {' or '.join(args.photos)}")
-    return SOME_FAILED if results.has_damage else DONE
+    return SOME_FAILED if results.usable().damaged else DONE

@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import importlib.util
 
-from ..archive.store.results import Results
 from ..errors import SettingsError
 from ..people.attributes import PairsWhere
 from ..plots.faces import FACES
@@ -40,7 +39,7 @@ def run(args: argparse.Namespace) -> int:
         raise SettingsError("the report's figures need matplotlib: pip install 'proxemetry[plot]'")
     if args.photos < 0:
         raise SettingsError(f"--photos is {args.photos}: it must be 0 or more")
-    path = write_report(
+    report = write_report(
         args.results,
         args.out,
         faces=args.faces,
@@ -48,5 +47,5 @@ def run(args: argparse.Namespace) -> int:
         photos=args.photos,
         where=PairsWhere.parsed(args.pairs_where),
     )
-    print(f"report: {path}")
-    return SOME_FAILED if Results.open(args.results).has_damage else DONE
+    print(f"report: {report.path}")
+    return SOME_FAILED if report.damaged else DONE

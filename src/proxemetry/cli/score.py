@@ -67,9 +67,9 @@ def run(args: argparse.Namespace) -> int:
     check_output(args, len(args.predictions))
     scores, damaged = {}, False
     for name, path in map(_named, args.predictions):
-        with _answers(path) as (answers, is_damaged):
+        with _answers(path) as (answers, lacks_photos):
             scores[name] = replace(score_files(answers, args.labels, args.protocol), predictions=path)
-        damaged |= is_damaged
+        damaged |= lacks_photos
     if len(scores) < len(args.predictions):
         raise SettingsError("two predictions have the same name: give each as NAME=FILE")
     show(scores, args)
@@ -78,7 +78,7 @@ def run(args: argparse.Namespace) -> int:
 
 @contextmanager
 def _answers(path: str) -> Generator[tuple[str, bool]]:
-    """Yield where a method's answers are, and whether some are damaged: the tables of results as they are now."""
+    """Yield where a method's answers are, of results the tables as they are now, and whether damage left some out."""
     if not Path(path, RUN_FILE).is_file():
         yield path, False
         return
@@ -87,7 +87,8 @@ def _answers(path: str) -> Generator[tuple[str, bool]]:
 
     results = Results.open(path)
     with current_tables(results, formats=("csv",)) as tables:
-        yield (path if tables.location == results.folder.location else tables.location), results.has_damage
+        here = tables.folder.location == results.folder.location
+        yield (path if here else tables.folder.location), bool(tables.damaged)
 
 
 def _doubts(score: Score) -> Iterator[str]:

@@ -58,8 +58,8 @@ def run(args: argparse.Namespace) -> int:
     """Print, write and draw the figures; return the exit code."""
     results = Results.open(args.results)
     with current_tables(results) as tables:
-        _summarise(results, tables, args)
-    return SOME_FAILED if results.has_damage else DONE
+        _summarise(results, tables.folder, args)
+        return SOME_FAILED if tables.damaged else DONE
 
 
 def _summarise(results: Results, tables: Folder, args: argparse.Namespace) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import tempfile
 import zipfile
 from collections.abc import Iterable
 
@@ -12,6 +11,7 @@ from ..archive.store.folder import Folder
 from ..archive.store.part_rows import record_of
 from ..archive.store.results import Results
 from ..archive.store.run_file import write_run
+from ..archive.store.scratch import scratch_folder
 from ..scene import Scene
 from ..version import __version__
 
@@ -21,7 +21,7 @@ def tables_zip(scenes: Iterable[Scene]) -> bytes:
 
     They are made as a results folder's are, in a temporary folder, so that columns and numbers are the same.
     """
-    with tempfile.TemporaryDirectory(prefix="proxemetry-tables-") as location:
+    with scratch_folder("tables") as location:
         folder = Folder(location)
         parts.write(folder, 0, [record_of(scene) for scene in scenes], {"proxemetry_version": __version__})
         write_run(folder, {"version": __version__})

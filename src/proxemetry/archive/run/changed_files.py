@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from ..store import parts
-from ..store.duck import attached
+from ..store.duck import attached, connection
 from ..store.file_state import FileState
 from ..store.folder import Folder, is_url, open_filesystem
 from ..store.manifest import Manifest
@@ -45,7 +45,7 @@ class FileScan(BackgroundTask[ChangedFiles]):
     """
 
     def __init__(self, folder: Folder, update: ManifestUpdate, is_mine: Callable[[int], bool]) -> None:
-        self._duck = attached(folder)
+        connection()  # loaded in the main thread, where Ctrl-C can wait for it
         super().__init__(lambda: self._scanned(folder, update, is_mine))
 
     def _scanned(self, folder: Folder, update: ManifestUpdate, is_mine: Callable[[int], bool]) -> ChangedFiles:
@@ -78,10 +78,11 @@ class FileScan(BackgroundTask[ChangedFiles]):
 
     def _measured(self, folder: Folder, shards: list[int]) -> Iterator[list[tuple[Any, ...]]]:
         """Yield name, size, date and shard of measured photos, many at a time."""
-        rows = self._duck.execute(
+        names = [parts.name_of(shard) for shard in shards]
+        rows = attached(folder).execute(
             "SELECT photo, file_bytes, file_modified_ns, "
             "regexp_extract(filename, 'part-(\\d+)[.]parquet$', 1)::INTEGER "
-            f"FROM {parts.rows_of_shards(folder, shards, self._duck)}"
+            f"FROM {parts.every_row(folder, names, with_names=True)}"
         )
         while not self.stopped.is_set() and (found := rows.fetchmany(_ROWS_AT_ONCE)):
             yield found

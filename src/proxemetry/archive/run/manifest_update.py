@@ -5,13 +5,12 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Iterator, Sequence
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import OutputError
-from ..store.duck import attached, quoted
+from ..store.duck import attached, connection, quoted
 from ..store.file_state import FileState
 from ..store.folder import Folder, is_url
 from ..store.manifest import SCHEMA, Manifest, name_of, paths, read, relative
@@ -38,22 +37,22 @@ class ManifestUpdate(BackgroundTask[Manifest]):
     passed_over: str = ""
 
     def __init__(self, folder: Folder, named: Search | Sequence[str], known: Manifest | None) -> None:
-        self._duck = attached(folder)
+        connection()  # loaded in the main thread, where Ctrl-C can wait for it
         super().__init__(lambda: self._completed(folder, named, known))
 
     def _completed(self, folder: Folder, named: Search | Sequence[str], known: Manifest | None) -> Manifest:
         listing = named.listing(self.stopped.is_set) if isinstance(named, Search) else named
         self.passed_over = listing.passed_over if isinstance(listing, Listing) else ""
-        manifest, new = compared(folder, known, listing, self._duck)
+        manifest, new = compared(folder, known, listing)
         self.gate.wait()
         while new and not self.stopped.is_set():
             before = manifest.files
-            written = append(folder, manifest, new, self._duck)
+            written = append(folder, manifest, new)
             # Another machine may have been first: then what it left is to be appended.
-            known = read(folder, self._duck)
+            known = read(folder)
             if known is not None and manifest.moved_to:
                 known = known.moved(manifest.moved_to)
-            manifest, new = compared(folder, known, listing, self._duck)
+            manifest, new = compared(folder, known, listing)
             if not written and manifest.files <= before:
                 raise OutputError(f"{folder.path(name_of(before))}: in the way of the list of photos")
         return manifest
@@ -63,28 +62,26 @@ class ManifestUpdate(BackgroundTask[Manifest]):
         self.gate.set()
 
 
-def compared(
-    folder: Folder, known: Manifest | None, listing: Listing | Sequence[str], duck: Any
-) -> tuple[Manifest, list[str]]:
+def compared(folder: Folder, known: Manifest | None, listing: Listing | Sequence[str]) -> tuple[Manifest, list[str]]:
     """Return the manifest and which names of the listing it lacks, relative to its own root."""
     root = listing.root if isinstance(listing, Listing) else None
     names = listing.names if isinstance(listing, Listing) else sorted(set(listing))
     if known is None:
         return Manifest(folder, root), list(names)
-    new = _lacking(known.names(duck), names)
+    new = _lacking(known.names(), names)
     home = known.moved_to or known.root
     if home in (root, None) or root is None:
         return known, new
     # Mounted elsewhere now? A photo or two may have been renamed or deleted in the meantime.
-    if 2 * (len(names) - len(new)) > len(known) and _same_files(folder, known, root, duck):
+    if 2 * (len(names) - len(new)) > len(known) and _same_files(folder, known, root):
         return known.moved(root), new
     if is_url(root) or is_url(home):
         raise OutputError(f"the results so far are of photos in {home}, not {root}: name another --out, or --restart")
     anew = sorted(os.path.relpath(locate(root, n), home).replace(os.sep, "/") for n in names)
-    return known, _lacking(known.names(duck), anew)
+    return known, _lacking(known.names(), anew)
 
 
-def _same_files(folder: Folder, known: Manifest, root: str, duck: Any) -> bool:
+def _same_files(folder: Folder, known: Manifest, root: str) -> bool:
     """Return whether photos of the same names below another folder are the ones that were measured, and not others.
 
     Cameras count from IMG_0001.JPG on in every folder. Of some that were measured the bytes are compared; most of them
@@ -92,7 +89,7 @@ def _same_files(folder: Folder, known: Manifest, root: str, duck: Any) -> bool:
     """
     there = sorted(s for s in finished(folder) if s < known.n_shards)
     asked = there[:: max(1, len(there) // _FILES_COMPARED)][:_FILES_COMPARED]
-    compared = [(sha256_of(locate(root, photo)), digest) for photo, digest in measured_files(folder, asked, duck)]
+    compared = [(sha256_of(locate(root, photo)), digest) for photo, digest in measured_files(folder, asked)]
     agreed = [now == before for now, before in compared if now]
     return 2 * sum(agreed) >= len(agreed)
 
@@ -109,15 +106,16 @@ def _lacking(known: Iterator[str], names: Sequence[str]) -> list[str]:
     return new
 
 
-def append(folder: Folder, manifest: Manifest, new: Sequence[str], duck: Any) -> bool:
+def append(folder: Folder, manifest: Manifest, new: Sequence[str]) -> bool:
     """Write the new photos as one more manifest file; return False where another machine was first."""
     root = manifest.moved_to or manifest.root
     none = np.full(len(new), -1, dtype=np.int64)
     sizes, alike, older_shards = none, Duplicates(none, none), none
     if root is not None:
-        sizes, alike, older_shards = _alike(folder, manifest, root, new, duck)
+        sizes, alike, older_shards = _alike(folder, manifest, root, new)
     shards, earlier = shards_of(alike.duplicate_of, manifest.n_shards)
     older_shards = np.where(older_shards >= 0, older_shards, earlier)
+    duck = attached(folder)
     duck.register("new_photos", {
         "shard": shards, "photo": np.array(new, dtype=object), "bytes": sizes, "twin": alike.duplicate_of,
         "original_shard": older_shards,
@@ -130,17 +128,16 @@ def append(folder: Folder, manifest: Manifest, new: Sequence[str], duck: Any) ->
             f"ORDER BY shard, photo) TO {quoted(path)} "
             f"(FORMAT parquet, COMPRESSION zstd, ROW_GROUP_SIZE 20480, KV_METADATA {{proxemetry: {header}}})"
         )
-        duck.unregister("new_photos")
         with open(path, "rb") as file:
             return folder.create(name_of(manifest.files), file.read())
 
 
 def _alike(
-    folder: Folder, manifest: Manifest, root: str, new: Sequence[str], duck: Any
+    folder: Folder, manifest: Manifest, root: str, new: Sequence[str]
 ) -> tuple[Sizes, Duplicates, NDArray[np.int64]]:
     """Return the new photos' sizes, which of them may be copies, and the shards of the older ones they may be of."""
     sizes = sizes_of(root, new)
-    old_names, old_sizes, old_shards = _older(folder, manifest, sizes, duck)
+    old_names, old_sizes, old_shards = _older(folder, manifest, sizes)
     chosen = np.flatnonzero(repeated(sizes, old_sizes))
     ends = ends_of(root, [new[i] for i in chosen.tolist()], sizes[chosen])
     old_ends: Ends = ends_of(root, old_names, old_sizes)
@@ -160,17 +157,17 @@ def _alike(
     return sizes, Duplicates(duplicate_of, shard), shard
 
 
-def _older(folder: Folder, manifest: Manifest, sizes: Sizes, duck: Any) -> tuple[list[str], Sizes, NDArray[np.int64]]:
+def _older(folder: Folder, manifest: Manifest, sizes: Sizes) -> tuple[list[str], Sizes, NDArray[np.int64]]:
     """Return names, sizes and shards of the photos in the manifest that are as large as a new one."""
     if not manifest.files:
         nothing = np.zeros(0, dtype=np.int64)
         return [], nothing, nothing
+    duck = attached(folder)
     duck.register("looked_for", {"bytes": np.unique(sizes[sizes >= 0])})
     rows = duck.execute(
         "SELECT photo, bytes, shard FROM read_parquet($paths) SEMI JOIN looked_for USING (bytes) ORDER BY shard, photo",
         {"paths": paths(folder)},
     ).fetchall()
-    duck.unregister("looked_for")
     size, shard = (np.array([row[k] for row in rows], dtype=np.int64) for k in (1, 2))
     return [row[0] for row in rows], size, shard
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Generator, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 
 from ...errors import OutputError
 from . import manifest
@@ -16,18 +17,29 @@ from .scratch import scratch_folder
 MANY = 50_000
 
 
+@dataclass(frozen=True)
+class CurrentTables:
+    """folder: that the tables lie in. damaged: the parts of the results whose photos have no numbers in them."""
+
+    folder: Folder
+    damaged: tuple[str, ...] = ()
+
+
 @contextmanager
 def current_tables(
     results: Results, *, elsewhere: bool = True, formats: Sequence[str] = ("parquet",)
-) -> Generator[Folder]:
-    """Yield the folder with the tables, corrections and every column of this version in them.
+) -> Generator[CurrentTables]:
+    """Yield the tables with corrections and every column of this version in them.
 
-    Those of a run that is not finished are as they are. elsewhere: where the results cannot be written to any more, a
-    folder is yielded that does not stay, with tables in these `formats`.
+    Those of a run that is not finished are as they are. elsewhere: where the results cannot be written to any more, the
+    tables are in a folder that does not stay, in these `formats`.
     """
     safe_distance_m = results.run.get("safe_distance_m")
-    if results.tables_are_current(safe_distance_m) or not results.is_finished:
-        yield results.folder
+    if results.tables_are_current(safe_distance_m):
+        yield CurrentTables(results.folder)
+        return
+    if not results.is_finished:
+        yield CurrentTables(results.folder, results.damaged_in_tables())
         return
     listed = manifest.read(results.folder)
     if listed is not None and len(listed) > MANY:
@@ -36,12 +48,12 @@ def current_tables(
             "have changed; a million photos take minutes"
         )
     try:
-        results.write_tables(safe_distance_m)
+        damaged = results.write_tables(safe_distance_m)
     except OutputError:
         if not elsewhere:
             raise
         with scratch_folder("tables") as scratch:
-            results.write_tables(safe_distance_m, Folder(scratch), formats)
-            yield Folder(scratch)
+            damaged = results.write_tables(safe_distance_m, Folder(scratch), formats)
+            yield CurrentTables(Folder(scratch), damaged)
     else:
-        yield results.folder
+        yield CurrentTables(results.folder, damaged)

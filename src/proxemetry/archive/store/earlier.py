@@ -9,7 +9,6 @@ from __future__ import annotations
 import logging
 from collections.abc import Mapping, Sequence
 from functools import cache
-from typing import Any
 
 from .duck import attached, connection, quoted
 from .folder import Folder
@@ -21,19 +20,17 @@ Types = tuple[tuple[str, str], ...]
 
 
 def rows_of(
-    folder: Folder, names: Sequence[str], structure: str, *, only: Sequence[str] = (), with_names: bool = False,
-    duck: Any = None,
-) -> str:  # fmt: skip
+    folder: Folder, names: Sequence[str], structure: str, *, only: Sequence[str] = (), with_names: bool = False
+) -> str:
     """Return the rows of parts as SQL to select from, with the columns of `structure`.
 
     names: of the parts in the folder, at least one. structure: that of one row, as DuckDB's `from_json` takes it. only:
-    those of `AS_EVER` that are wanted, which are read as they are. with_names: with their `filename`. duck: a DuckDB
-    cursor to use instead of one of its own.
+    those of `AS_EVER` that are wanted, which are read as they are. with_names: with their `filename`.
     """
     if only:  # the other columns are not looked at, whatever they are
         columns = [*only, "filename"] if with_names else only
         return f"(SELECT {', '.join(columns)} FROM {_read(folder, names, with_names)})"
-    groups = _by_columns(folder, names, attached(folder) if duck is None else duck)
+    groups = _by_columns(folder, names)
     expected = _expected(structure)
     if list(groups) == [expected]:
         return _read(folder, names, with_names)
@@ -66,13 +63,13 @@ def _expected(structure: str) -> Types:
 _known: dict[tuple[object, ...], Types] = {}
 
 
-def _by_columns(folder: Folder, names: Sequence[str], duck: Any) -> Mapping[Types, list[str]]:
+def _by_columns(folder: Folder, names: Sequence[str]) -> Mapping[Types, list[str]]:
     """Return the parts that have the same columns together."""
     states = folder.states(names[0].rpartition("/")[0])
     keys = {name: (folder.location, name, states.get(name.rpartition("/")[2])) for name in names}
     fresh = [name for name in names if keys[name] not in _known]
     if fresh:
-        for name, types in _columns_of(folder, fresh, duck).items():
+        for name, types in _columns_of(folder, fresh).items():
             _known[keys[name]] = types
     groups: dict[Types, list[str]] = {}
     for name in names:
@@ -80,10 +77,11 @@ def _by_columns(folder: Folder, names: Sequence[str], duck: Any) -> Mapping[Type
     return groups
 
 
-def _columns_of(folder: Folder, names: Sequence[str], duck: Any) -> dict[str, Types]:
+def _columns_of(folder: Folder, names: Sequence[str]) -> dict[str, Types]:
     """Return every part's columns with DuckDB's types: parts whose schema reads the same are described once."""
     # By the last part of their paths: a store may spell the rest of a URL otherwise.
     by_base = {name.rpartition("/")[2]: name for name in names}
+    duck = attached(folder)
     rows = duck.execute(
         "SELECT file_name, hash(list(row(name, type, num_children, duckdb_type))) FROM parquet_schema($paths) "
         "GROUP BY file_name",

@@ -60,7 +60,3 @@ class Guarded:
     def register(self, name: str, columns: Any) -> None:
         """Make arrays a table of that name."""
         self._duck.register(name, columns)
-
-    def unregister(self, name: str) -> None:
-        """Forget a table that was registered."""
-        self._duck.unregister(name)

@@ -79,7 +79,7 @@ def cards(results: Results) -> list[PhotoCard]:
     if not parts.finished(results.folder):
         return []
     changed = {photo: card_of(scene) for photo, scene in results.corrected().items()}
-    usable = results.usable
+    usable = results.usable()
     rows = (
         attached(results.folder)
         .execute(

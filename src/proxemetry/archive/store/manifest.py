@@ -85,12 +85,13 @@ class Manifest:
             found.setdefault(shard, []).append(Item(photo, location, duplicate_of, original))
         return found
 
-    def names(self, duck: Any = None) -> Iterator[str]:
-        """Yield all photos' names in their order. duck: a DuckDB cursor to use instead of one of its own."""
+    def names(self) -> Iterator[str]:
+        """Yield all photos' names in their order."""
         if not self.files:
             return
-        cursor = attached(self.folder) if duck is None else duck
-        cursor.execute("SELECT photo FROM read_parquet($paths) ORDER BY photo", {"paths": paths(self.folder)})
+        cursor = attached(self.folder).execute(
+            "SELECT photo FROM read_parquet($paths) ORDER BY photo", {"paths": paths(self.folder)}
+        )
         while batch := cursor.fetchmany(10_000):
             yield from (name for (name,) in batch)
 
@@ -139,15 +140,12 @@ def absolute(folder: Folder, root: str | None) -> str | None:
     return os.path.normpath(os.path.join(folder.location, root))
 
 
-def read(folder: Folder, duck: Any = None) -> Manifest | None:
-    """Return the manifest of a results folder, None where there is none; raises OutputError for another kind.
-
-    duck: a DuckDB cursor to use instead of one of its own.
-    """
+def read(folder: Folder) -> Manifest | None:
+    """Return the manifest of a results folder, None where there is none; raises OutputError for another kind."""
     files = paths(folder)
     if not files:
         return None
-    duck = attached(folder) if duck is None else duck
+    duck = attached(folder)
     header = duck.execute(
         "SELECT decode(value) FROM parquet_kv_metadata($path) WHERE decode(key) = 'proxemetry'", {"path": files[0]}
     ).fetchone()

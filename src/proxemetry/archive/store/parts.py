@@ -6,7 +6,6 @@ import hashlib
 import json
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from typing import Any
 
 from ...scene import Scene
 from ...tables import TABLES
@@ -65,11 +64,6 @@ def every_row(
     return rows_of(folder, names, structure()[1:-1], only=only, with_names=with_names)
 
 
-def rows_of_shards(folder: Folder, shards: Iterable[int], duck: Any) -> str:
-    """Return the rows of some parts, with their `filename`; duck: a DuckDB cursor of the caller's thread."""
-    return rows_of(folder, list(map(name_of, shards)), structure()[1:-1], with_names=True, duck=duck)
-
-
 def write(folder: Folder, shard: int, records: Iterable[Record], metadata: Mapping[str, str]) -> None:
     """Write a shard's part, whole or not at all; raises OutputError where it cannot be written.
 
@@ -108,16 +102,13 @@ def metadata_of(folder: Folder, shards: Iterable[int]) -> list[dict[str, str]]:
     return [dict(row[0]) for row in found]
 
 
-def measured_files(folder: Folder, shards: Iterable[int], cursor: Any = None) -> list[tuple[str, str]]:
-    """Return name and SHA-256 of one photo of each shard, none of a shard whose files could not be read.
-
-    cursor: of DuckDB, to use instead of one of its own.
-    """
-    names, duck = list(map(name_of, shards)), cursor or attached(folder)
+def measured_files(folder: Folder, shards: Iterable[int]) -> list[tuple[str, str]]:
+    """Return name and SHA-256 of one photo of each shard, none of a shard whose files could not be read."""
+    names = list(map(name_of, shards))
     if not names:
         return []
-    every = rows_of(folder, names, structure()[1:-1], only=("photo", "sha256"), with_names=True, duck=duck)
-    rows = duck.execute(
+    every = every_row(folder, names, only=("photo", "sha256"), with_names=True)
+    rows = attached(folder).execute(
         f"SELECT arg_min(photo, photo), arg_min(sha256, photo) FROM {every} "
         "WHERE coalesce(sha256, '') <> '' GROUP BY filename ORDER BY 1"
     )
@@ -161,7 +152,7 @@ def previous_rows(folder: Folder, shard: int) -> dict[str, PreviousRow]:
     if not folder.exists(name_of(shard)):
         return {}
     require_whole(folder, [name_of(shard)])
-    rows = rows_of(folder, [name_of(shard)], structure()[1:-1])
+    rows = every_row(folder, [name_of(shard)])
     found = attached(folder).execute(f"SELECT photo, to_json(part) FROM {rows} AS part")
     return {photo: PreviousRow(json.loads(text)) for photo, text in found.fetchall()}
 
@@ -171,7 +162,7 @@ def copied(folder: Folder, shard: int, sha256: str, photo: str, file: FileState 
     if not folder.exists(name_of(shard)):
         return None
     require_whole(folder, [name_of(shard)])
-    rows = rows_of(folder, [name_of(shard)], structure()[1:-1])
+    rows = every_row(folder, [name_of(shard)])
     found = attached(folder).execute(
         f"SELECT to_json(part) FROM {rows} AS part WHERE sha256 = $sha256 LIMIT 1", {"sha256": sha256}
     )

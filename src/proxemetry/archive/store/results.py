@@ -7,7 +7,7 @@ import heapq
 import json
 import logging
 import os
-from collections.abc import Generator, Iterable, Iterator, Sequence
+from collections.abc import Collection, Generator, Iterable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from functools import cached_property
@@ -33,12 +33,14 @@ from .part_rows import record_of, structure
 from .queries import as_cells, attributes_in, table_query
 from .run_file import is_of_clip, run_of
 from .scratch import scratch_folder
-from .usable import Usable, has_left_out, usable_parts
+from .usable import Usable, usable_parts
 
 TABLE_FORMATS = ("csv", "parquet")
 
 #: Key of the Parquet tables' metadata that holds the state of the results they were made from.
 _MADE_OF = "proxemetry_made_of"
+#: And in that, where there are any, the parts that were damaged.
+_DAMAGED = "damaged"
 
 
 @dataclass(frozen=True)
@@ -111,15 +113,12 @@ class Results:
         listed = manifest.read(self.folder)
         return {} if listed is None else {name: self.location(name) for name in listed.names()}
 
-    @property
-    def usable(self) -> Usable:
-        """Which parts can be read now, and the photos of those that cannot."""
-        return usable_parts(self.folder)
+    def usable(self, photos: Collection[str] | None = None) -> Usable:
+        """Return which parts can be read now, and the photos of those that cannot; `photos`: only the parts of these.
 
-    @property
-    def has_damage(self) -> bool:
-        """Whether photos were left out of what was read: the file with their results is damaged."""
-        return has_left_out(self.folder)
+        Every part is read to its end for this, once in a process.
+        """
+        return usable_parts(self.folder, photos)
 
     def require_whole(self) -> None:
         """Raise OutputError where a part is damaged: for those who must not do without any photo."""
@@ -132,7 +131,7 @@ class Results:
         """
         changed = self.corrected() if corrected else {}
         wanted = None if photos is None else set(photos)
-        usable = usable_parts(self.folder, wanted)
+        usable = self.usable(wanted)
         lost = [scene for scene in usable.scenes() if wanted is None or scene.photo in wanted]
         measured = parts.scenes(self.folder, usable.names, wanted)
         for scene in heapq.merge(measured, lost, key=attrgetter("photo")) if lost else measured:
@@ -142,7 +141,7 @@ class Results:
         """Return the scenes that a person corrected, by photo, with the corrections applied to what was measured."""
         with self._beside_log() as location:
             return corrected_scenes(
-                location, lambda names, files: parts.scenes(self.folder, self.usable.names, names, files=files)
+                location, lambda names, files: parts.scenes(self.folder, self.usable().names, names, files=files)
             )
 
     def touched(self) -> set[str]:
@@ -152,14 +151,14 @@ class Results:
         if not entries:
             return set()
         names, files = {a.photo for a in entries}, {a.sha256 for a in entries} - {""}
-        return parts.photos_of(self.folder, self.usable.names, names, files)
+        return parts.photos_of(self.folder, self.usable().names, names, files)
 
     def corrections_of_no_photo(self) -> list[str]:
         """Return the photos that were corrected and whose file is not among those measured any more, by their names."""
         with self._beside_log() as location:
             wanted = by_file(in_force(entries_at(location)))
         files = {key.sha256 for key in wanted} - {""}
-        usable = self.usable
+        usable = self.usable()
         if not files or not usable.names or usable.damaged:  # it may be among those that cannot be read
             return []
         rows = attached(self.folder).execute(
@@ -184,15 +183,16 @@ class Results:
 
     def write_tables(
         self, safe_distance_m: float | None = None, target: Folder | None = None, formats: Sequence[str] = TABLE_FORMATS
-    ) -> None:
+    ) -> tuple[str, ...]:
         """Write photos, people and pairs with corrections applied, and the codebook, here or into `target`.
 
-        Raises OutputError where they cannot be written.
+        Return the damaged parts, whose photos are in them as failed. Raises OutputError where they cannot be written.
         """
         target = target or self.folder
         # Before anything is read: where a part is replaced meanwhile, the tables are known to be of an older state.
         # Those that lack what is damaged are never current.
-        state = self._state(safe_distance_m, self.usable.damaged)
+        damaged = self.usable().damaged
+        state = self._state(safe_distance_m, damaged)
         made_of = f"KV_METADATA {{{_MADE_OF}: {quoted(state)}}}"
         duck = self.view()
         options = {"parquet": f"FORMAT parquet, COMPRESSION zstd, {made_of}", "csv": "FORMAT csv, HEADER"}
@@ -208,6 +208,7 @@ class Results:
                     if form == "parquet":  # the same rows, sorted already
                         query = f"FROM read_parquet({quoted(temporary)})"
         target.write("codebook.csv", codebook_csv(attributes).encode())
+        return damaged
 
     def tables_are_current(self, safe_distance_m: float | None = None) -> bool:
         """Return whether all tables are there and hold what `write_tables` would write now."""
@@ -218,6 +219,13 @@ class Results:
         """Return whether photos and pairs were written of one state of the results. tables: the folder they are in."""
         made_of = self._made_of(tables or self.folder, "photos", "pairs")
         return len(made_of) == 1 and None not in made_of
+
+    def damaged_in_tables(self) -> tuple[str, ...]:
+        """Return the parts that were damaged when the tables in the folder were written."""
+        found: set[str] = set()
+        for state in self._made_of(self.folder, *(t for t in TABLES if self.folder.exists(f"{t}.parquet"))):
+            found.update(json.loads(state or "{}").get(_DAMAGED, ()))
+        return tuple(sorted(found))
 
     def _made_of(self, where: Folder, *tables: str) -> set[str | None]:
         """Return the state of the results that the Parquet tables in a folder were made from."""
@@ -236,7 +244,7 @@ class Results:
                 "parts": parts.state(self.folder),
                 "corrections": digest(location),
                 "safe_distance_m": safe_distance_m,
-                **({"damaged": damaged} if damaged else {}),
+                **({_DAMAGED: damaged} if damaged else {}),
             }
         return json.dumps(state, separators=(",", ":"))
 
@@ -258,7 +266,7 @@ class Results:
 
     def _rows(self, duck: Any) -> str:
         """Return the query for the rows of all photos, those of corrected scenes replaced."""
-        usable = self.usable
+        usable = self.usable()
         every = f"SELECT * EXCLUDE (scene) FROM {parts.every_row(self.folder, usable.names)}"
         changed = {scene.photo: scene for scene in usable.scenes()} | self.corrected()
         if not changed:

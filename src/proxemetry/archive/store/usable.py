@@ -30,15 +30,6 @@ class Usable:
         return [Scene.failed(photo, REASON) for photo in self.left_out]
 
 
-#: The folders in which this process has left photos out.
-_left_out_in: set[str] = set()
-
-
-def has_left_out(folder: Folder) -> bool:
-    """Return whether this process has left out photos of a folder, in the last that it read of it."""
-    return folder.location in _left_out_in
-
-
 def usable_parts(folder: Folder, photos: Collection[str] | None = None) -> Usable:
     """Return which parts can be read, and warn once of those that cannot; of some photos only the parts they are in.
 
@@ -50,8 +41,6 @@ def usable_parts(folder: Folder, photos: Collection[str] | None = None) -> Usabl
         names = [name for name in names if name in wanted]
     damaged = damaged_parts(folder, names)
     if not damaged:
-        if photos is None:
-            _left_out_in.discard(folder.location)
         return Usable(tuple(names))
     listed = manifest.read(folder)
     if listed is None or (photos is None and len(damaged) == len(names)):
@@ -59,7 +48,6 @@ def usable_parts(folder: Folder, photos: Collection[str] | None = None) -> Usabl
     assert listed is not None
     lost = [s for s in range(listed.n_shards) if parts.name_of(s) in damaged]
     left_out = sorted(item.photo for shard in lost for item in listed.items(shard))
-    _left_out_in.add(folder.location)
     _warn(folder.path(damaged[0]), len(damaged) - 1, len(left_out))
     return Usable(tuple(name for name in names if name not in damaged), tuple(damaged), tuple(left_out))
 
