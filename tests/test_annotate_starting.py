@@ -261,6 +261,86 @@ def test_ids_of_two_files_stay_apart(photos: Path) -> None:
     assert len(back["categories"]) == 2
 
 
+def _of(back: dict, name: str) -> tuple[list[dict], list[dict]]:
+    """Return the people and the other entries that are written of a photo."""
+    identity = next(image["id"] for image in back["images"] if image["file_name"] == name)
+    entries = [entry for entry in back["annotations"] if entry["image_id"] == identity]
+    return [e for e in entries if "num_keypoints" in e], [e for e in entries if "num_keypoints" not in e]
+
+
+def test_categories_and_licences_of_two_files_stay_what_they_are(photos: Path) -> None:
+    first, second = _coco("a.jpg"), _coco("b.jpg")
+    first["categories"].append({"id": 3, "name": "dog"})
+    # In the second file 1 is people, 2 is trams, 3 the same dog, and licence 4 is another one.
+    second["categories"] = [
+        {"id": 1, "name": "person", "keypoints": list(COCO_17.joints), "skeleton": [[6, 7]]},
+        {"id": 2, "name": "tram"},
+        {"id": 3, "name": "dog"},
+    ]
+    for entry in second["annotations"]:
+        entry["category_id"] = "1"  # as text, which is read as the number
+    for number, content in enumerate((first, second)):
+        box = {"image_id": 3, "bbox": [1.0, 2.0, 3.0, 4.0], "iscrowd": 0}
+        content["annotations"] += [{**box, "id": 90 + k, "category_id": k} for k in (2 if number else 1, 3)]
+        content["licenses"] = [{"id": 4, "name": ("CC BY 4.0", "CC0")[number]}]
+        content["images"][0]["license"] = 4
+    project = opened(photos)
+    for content in (first, second):
+        project.start_from(_write(photos.parent / f"{content['images'][0]['file_name']}.json", content))
+    back = json.loads((project.out / COCO_FILE).read_text())
+    names = {category["id"]: category["name"] for category in back["categories"]}
+    assert len(names) == len(back["categories"]) == 5
+    assert [names[k] for k in (1, 2, 3)] == ["car", "person", "dog"]  # the first file's ids stay
+    for photo, others in (("a.jpg", ["car", "dog"]), ("b.jpg", ["tram", "dog"])):
+        people, rest = _of(back, photo)
+        assert [names[e["category_id"]] for e in people] == ["person", "person"]
+        assert [names[e["category_id"]] for e in rest] == others
+    licences = {licence["id"]: licence["name"] for licence in back["licenses"]}
+    assert [licences[image["license"]] for image in back["images"]] == ["CC BY 4.0", "CC0"]
+    assert [len(Recorded(project.out / COCO_FILE).detect(p.photo)) for p in project.photos] == [2, 2]
+
+
+def test_people_of_two_files_that_differ_in_lines_alone_are_one_category(photos: Path) -> None:
+    names = [list(COCO_17.joints), list(reversed(COCO_17.joints))]
+    project = opened(photos)
+    for photo, joints in zip(("a.jpg", "b.jpg"), names, strict=True):
+        content = _coco(photo)
+        content["categories"][1] |= {"keypoints": joints, "skeleton": [[1, 2], "no line", [0, 99], [1, 2, 3]]}
+        project.start_from(_write(photos.parent / f"{photo}.json", content))
+    back = json.loads((project.out / COCO_FILE).read_text())
+    (person,) = [c for c in back["categories"] if c["name"] == "person"]
+    assert person["skeleton"] == [[1, 2], [17, 16]]
+    assert {e["category_id"] for e in back["annotations"]} == {person["id"]}
+
+
+def test_an_id_that_is_a_text_is_apart_from_the_number(photos: Path) -> None:
+    project = opened(photos)
+    for name, identity in (("a.jpg", 3), ("b.jpg", "3")):
+        content = _coco(name)
+        content["images"][0]["id"] = identity
+        for entry in content["annotations"]:
+            entry["image_id"] = identity
+        project.start_from(_write(photos.parent / f"{name}.json", content))
+    assert [len(Recorded(project.out / COCO_FILE).detect(p.photo)) for p in project.photos] == [2, 2]
+
+
+def test_joints_of_entries_that_are_of_no_one_stay_at_their_place(photos: Path) -> None:
+    content = _coco()
+    content["categories"][1]["keypoints"] = list(reversed(COCO_17.joints))
+    content["categories"].append({"id": 3, "name": "face", "keypoints": ["nose", "left_eye"], "skeleton": [[1, 2]]})
+    crowd = [v for k in range(17) for v in (float(k), 1.0, 2)]
+    content["annotations"] += [
+        {"id": 98, "image_id": 3, "category_id": 2, "iscrowd": 1, "keypoints": crowd},
+        {"id": 99, "image_id": 3, "category_id": 3, "iscrowd": 0, "keypoints": [5.0, 6.0, 2, 7.0, 8.0, 2]},
+    ]
+    project = opened(photos)
+    project.start_from(_write(photos.parent / "mixed.json", content))
+    back = json.loads((project.out / COCO_FILE).read_text())
+    _, (of_crowd, face) = _of(back, "a.jpg")
+    assert of_crowd["keypoints"][:3] == [16.0, 1.0, 2]  # the nose, last in the file
+    assert (face["keypoints"], back["categories"][2]) == ([5.0, 6.0, 2, 7.0, 8.0, 2], content["categories"][2])
+
+
 def test_a_whole_body_without_names_keeps_its_other_joints(photos: Path) -> None:
     content = _coco()
     del content["categories"]

@@ -37,7 +37,7 @@ def read_annotations(where: str, content: Mapping[str, Any]) -> list[RecordedPho
                 raise KeypointsError(f"id {image['id']} is another image's already")
             persons[str(image["id"])] = []
     with naming(f"{where}, categories"):
-        names, others = _categories(content.get("categories", []))
+        names, others = joints_of_people(content.get("categories", []))
     unused: dict[str, list[Mapping[str, Any]]] = {image: [] for image in persons}
     strangers = 0  # a file may list some of its images alone, but not others alone
     for number, entry in enumerate(content["annotations"]):
@@ -63,8 +63,8 @@ def read_annotations(where: str, content: Mapping[str, Any]) -> list[RecordedPho
     return answer
 
 
-def _categories(categories: Sequence[Mapping[str, Any]]) -> tuple[Sequence[str] | None, set[str]]:
-    """Return the joints' names of the category that people are in, and the ids of the others.
+def joints_of_people(categories: Sequence[Mapping[str, Any]]) -> tuple[Sequence[str] | None, set[str]]:
+    """Return the joints' names of the category that people are in, and the ids of the others, as text.
 
     People have shoulders; of several such categories it is the one called person, else the first, with all others that
     have the same joints.
