@@ -214,6 +214,41 @@ def test_a_groups_probability_is_that_of_a_gap_within_reach():
     assert measure_distances(uncertain).group_probability[0, 1] == pytest.approx(0.841, abs=0.03)
 
 
+@pytest.mark.parametrize("turned_deg", [0, 30, 90, 135, 250])
+def test_where_on_the_ground_two_stand_does_not_matter_to_whether_they_are_a_group(turned_deg):
+    """The 84 % from above with all turned about the first: nobody is only ever side by side before a camera."""
+    turn = math.radians(turned_deg)
+    along = np.array([math.cos(turn), 0.0, math.sin(turn)])
+    facing_along = math.atan2(along[0], -along[2])  # a heading of 0 faces the camera, 90 degrees the photo's right
+    pair = bodies_at([(0, 0, 9), 1.8 * along + (0, 0, 9)], heading=[facing_along, facing_along + math.pi])
+    own = np.outer(along, along) * 0.2**2 / 2
+    spread = np.block([[own, np.zeros((3, 3))], [np.zeros((3, 3)), own]])
+    uncertain = replace(pair, covariance_m2=spread, heading_sd_rad=np.full(2, 1e-6))
+    assert measure_distances(uncertain).group_probability[0, 1] == pytest.approx(0.841, abs=0.03)
+
+
+def test_who_has_no_place_or_no_heading_is_in_no_group_and_in_nobodys_way():
+    trio = bodies_at([(-0.6, 0, 5), (0.6, 0, 5), (0, 0, 5.9)], 0.02, heading=[math.pi / 2, -math.pi / 2, 0.0])
+    whole = measure_distances(trio).group_probability
+    unplaced = np.array([[-0.6, 0, 5], [0.6, 0, 5], [math.nan] * 3])
+    for lacking in (
+        replace(trio, heading_rad=np.array([math.pi / 2, -math.pi / 2, math.nan])),
+        replace(trio, heading_sd_rad=np.array([0.05, 0.05, math.nan])),
+        replace(trio, positions_m=unplaced),
+    ):
+        found = measure_distances(lacking).group_probability
+        assert found[0, 1] == pytest.approx(whole[0, 1]) and whole[0, 1] > 0.95
+        assert np.isnan(found[2]).all() and np.isnan(found[:, 2]).all()
+
+
+def test_a_third_person_is_in_the_way_of_a_wide_group_from_as_far_as_its_radius_reaches():
+    """0.9 m apart with both looking ahead, only the radius of 1 m brings them together, about a place 1 m ahead."""
+    pair, ahead = [(-0.45, 0, 5), (0.45, 0, 5)], [0.0, 0.0]  # towards the camera
+    assert facing(pair, ahead)[0, 1] > 0.95
+    assert facing([*pair, (0, 0, 3.2)], [*ahead, 0.0])[0, 1] < 0.05  # 0.8 m beyond that place
+    assert facing([*pair, (0, 0, 2.8)], [*ahead, 0.0])[0, 1] > 0.95  # 1.2 m
+
+
 @given(st.integers(0, 10**6))
 def test_the_covariance_of_a_gap_counts_both_cross_terms(seed):
     root = np.random.default_rng(seed).normal(size=(9, 9))

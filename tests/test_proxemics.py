@@ -119,6 +119,8 @@ def test_the_vertical_angle_is_that_of_the_ray_to_the_head():
         (0.3, 0.7, "extreme close-up"), (0.42, 0.6, "close-up"), (1.0, 0.8, "medium close-up"),
         (1.5, 0.7, "medium shot"), (2.2, 0.9, "medium long shot"),
         (2.0, 0.0, "full shot"), (4.0, 0.0, "long shot"), (12.0, 0.0, "very long shot"),
+        # 1,700 px at 1 m: two thirds of the picture's 1,200 at 2.125 m, a quarter at 5.667 m
+        (2.10, 0.0, "full shot"), (2.15, 0.0, "long shot"), (5.64, 0.0, "long shot"), (5.69, 0.0, "very long shot"),
     ],
 )  # fmt: skip
 def test_shot_sizes_go_from_the_face_to_the_crowd(depth, torso_down, shot):
@@ -219,6 +221,7 @@ def _kinds(one_deg, other_deg, between_deg):
         (121, 121, 118, ["back to back"]), (119, 121, 120, []), (121, 119, 120, []), (130, 130, 100, ["back to back"]),
         (46, 134, 0, ["side by side"]), (44, 136, 0, ["one behind the other"]), (90, 90, 44, ["side by side"]),
         (90, 90, 46, []), (10, 170, 0, ["one behind the other"]), (170, 10, 0, ["one behind the other"]),
+        (46, 136, 2, ["one behind the other"]), (136, 46, 2, ["one behind the other"]),  # one of them not aside
     ],
 )  # fmt: skip
 def test_the_sectors_of_orientations_end_where_they_are_said_to(one, other, between, kinds):
@@ -236,15 +239,18 @@ def test_a_shot_counts_what_the_picture_shows_of_a_body():
     """A body of 1,000 px whose head is unseen: its top lies 180 px above the shoulders, and what is above the picture
     is not shown."""
 
-    def shot(shoulder_v, height_px):
+    def shot(shoulder_v, height_px, head_v=math.nan):
         keypoints = np.full((1, 17, 2), np.nan)
         for name, v in (("shoulder", shoulder_v), ("hip", shoulder_v + 290)):
             for side in ("left", "right"):
                 keypoints[0, COCO_17.joints.index(f"{side}_{name}")] = (500.0, v)
-        people = People(COCO_17, keypoints, np.where(np.isnan(keypoints[..., 0]), 0.0, 0.9))
+        keypoints[0, COCO_17.joints.index("nose")] = (500.0, head_v)
+        people = People(COCO_17, keypoints, np.where(np.isnan(keypoints[..., 1]), 0.0, 0.9))
         return _shots(people, np.array([1000.0]), height_px)[0]
 
     # shown from the top at 0 down to the picture's edge: shares of 0.41 and 0.43, about the chest's 0.42
     assert (shot(180.0, 410), shot(180.0, 430)) == ("medium close-up", "medium shot")
+    # a head that is seen tells the top by itself, 65 px above it
+    assert (shot(400.0, 410, 65.0), shot(400.0, 430, 65.0)) == ("medium close-up", "medium shot")
     # the shoulders at the upper edge: 0.18 of the body lies above it and is not shown
     assert (shot(0.0, 410), shot(0.0, 430)) == ("medium close-up", "medium shot")
