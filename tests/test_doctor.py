@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from proxemetry.cli import main
+from proxemetry.cli import doctor, main
 from synthetic.camera_files import FOCAL, FOCAL_35, MAKE, MODEL, PLANE_UNIT, PLANE_X, write
 from synthetic.line_scenes import exact_scene
 
@@ -118,6 +118,44 @@ def test_exit_codes(photos: Path, tmp_path: Path, capsys: pytest.CaptureFixture[
     assert main(["doctor", str(tmp_path / "nowhere")]) == 2
     assert main(["doctor", str(photos), "--focal-mm", "50", "--focal-px", "3000"]) == 2
     assert "state the focal length twice" in capsys.readouterr().err
+
+
+def _cut(path: Path) -> None:
+    """Cut a file in half."""
+    content = path.read_bytes()
+    path.write_bytes(content[: len(content) // 2])
+
+
+@pytest.mark.parametrize("ending", ["jpg", "png", "tif", "webp"])
+@pytest.mark.parametrize("options", [[], ["--no-lines"], ["--focal-35mm", "35"]])
+def test_a_file_that_was_cut_short_is_found(
+    ending: str, options: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    noise = np.random.default_rng(1).integers(0, 256, (240, 320, 3), dtype=np.uint8)
+    for name in ("cut", "whole"):
+        Image.fromarray(noise).save(tmp_path / f"{name}.{ending}")
+    _cut(tmp_path / f"cut.{ending}")
+    assert main(["doctor", str(tmp_path), *options]) == 1
+    out = capsys.readouterr().out
+    assert f"cut.{ending}: cannot be read\n  not a photo that can be read (" in out
+    assert f"whole.{ending}: 320 x 240" in out and f"cut.{ending}: 320" not in out
+    assert "1 that cannot be read" in out.splitlines()[-1]
+
+
+def test_of_many_photos_without_lines_a_spread_sample_is_decoded(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(doctor, "_DECODED", 3)
+    for number in range(7):  # of which 0, 2 and 4 are decoded
+        Image.new("RGB", (320, 240), (number, 0, 0)).save(tmp_path / f"{number}.jpg")
+    for number in (1, 4):
+        _cut(tmp_path / f"{number}.jpg")
+    assert main(["doctor", str(tmp_path), "--no-lines"]) == 1
+    lines = capsys.readouterr().out.splitlines()
+    assert "4.jpg: cannot be read" in lines and "1.jpg: cannot be read" not in lines
+    assert lines[-2] == "3 pictures, spread over all, were decoded; without --no-lines all are"
+    assert main(["doctor", str(tmp_path)]) == 1
+    assert "5 with a focal length" in capsys.readouterr().out.splitlines()[-1]
 
 
 def test_no_network_is_loaded(photos: Path) -> None:

@@ -8,6 +8,7 @@ from __future__ import annotations
 import argparse
 import sys
 from collections import Counter
+from collections.abc import Sequence
 
 from ..archive.figures.focal_bases import in_words
 from ..archive.store.photos import find_photos
@@ -22,7 +23,10 @@ from . import DONE, NOTHING_DONE, SOME_FAILED, installation
 from .camera_options import WHAT_TO_STATE, add_camera_options, add_mount_option, focal_request, stated_mount
 from .camera_words import words_of
 
-_EXAMPLES = """examples:
+#: With --no-lines so many pictures are decoded at most: a few seconds.
+_DECODED = 100
+
+_EXAMPLES = f"""examples:
   proxemetry doctor                                         is everything installed, and what to do if not
   proxemetry doctor photos                                  every candidate for every photo's focal length
   proxemetry doctor photos --missing                        only the photos whose lens you should state
@@ -30,7 +34,8 @@ _EXAMPLES = """examples:
   proxemetry doctor scans --camera-table cameras.csv        try a camera table before measuring
 
 The line with the arrow is the one that measuring would use; the interval is the central 90 %, "like 28 mm" its 35 mm
-equivalent. Exit codes: 0 done; 1 some photos cannot be read; 2 none can.
+equivalent. Pictures are decoded, which finds files that were cut short; with --no-lines those of {_DECODED} photos,
+spread over all. Exit codes: 0 done; 1 some photos cannot be read; 2 none can.
 """
 
 
@@ -55,12 +60,14 @@ def run(args: argparse.Namespace) -> int:
         return DONE
     request, listing = focal_request(args), find_photos(args.paths)
     backend, mount = _backend(args.pose), stated_mount(args)
-    tally = _Tally()
+    tally, decoded = _Tally(), set(_spread(listing.names) if args.no_lines else listing.names)
     spare = {row.line for row in request.camera_table.rows} if request.camera_table else set[int]()
     for name in listing.names:
         try:
             photo = Photo.open(listing.location(name), name)
             estimate = _asked(photo, request, backend, mount, lines=not args.no_lines)
+            if name in decoded:
+                photo.pixels(1)  # as small as the decoder makes it; what was decoded above is not decoded again
         except PhotoError as error:
             tally.failed += 1
             print(f"{name}: cannot be read\n  {str(error).removeprefix(f'{listing.location(name)}: ')}")
@@ -78,11 +85,19 @@ def run(args: argparse.Namespace) -> int:
         print(f"\n{unknown}{assumed}{WHAT_TO_STATE}\n")
     if listing.passed_over:
         print(listing.passed_over)
+    if len(decoded) < len(listing.names):
+        print(f"{len(decoded)} pictures, spread over all, were decoded; without --no-lines all are")
     print(f"{len(listing.names)} photos: {tally}")
     if tally.failed == len(listing.names):
         print("proxemetry: none of the photos can be read; see the lines above", file=sys.stderr)
         return NOTHING_DONE
     return SOME_FAILED if tally.failed else DONE
+
+
+def _spread(names: Sequence[str]) -> list[str]:
+    """Return at most `_DECODED` names, evenly spread."""
+    count = min(len(names), _DECODED)
+    return [names[k * len(names) // count] for k in range(count)]
 
 
 class _Tally:
