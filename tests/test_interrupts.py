@@ -2,6 +2,7 @@
 
 import os
 import signal
+import subprocess
 import sys
 import threading
 import time
@@ -11,6 +12,7 @@ from pathlib import Path
 
 import pytest
 
+import proxemetry
 from proxemetry.archive.run.interrupts import WorkerProcesses, held_interrupts
 from proxemetry.archive.store.duck import attached
 from proxemetry.archive.store.folder import Folder
@@ -115,3 +117,26 @@ def test_a_worker_never_hears_ctrl_c_from_its_first_moment() -> None:
         worker = pool.submit(os.getpid).result()
         assert not _hears_ctrl_c(worker)
     assert _hears_ctrl_c(os.getpid())
+
+
+@pytest.mark.parametrize("where", ["while a command runs", "while the command line loads"])
+def test_ctrl_c_while_a_dataclass_is_made_still_ends_with_the_exit_code(where: str, tmp_path: Path) -> None:
+    interrupted = "exec('raise KeyboardInterrupt')"  # dataclasses and named tuples are made this way
+    if where == "while a command runs":
+        way = f"from proxemetry import cli\ncli._run = lambda arguments: {interrupted}\n"
+    else:
+        way = f"import proxemetry\n__main__._name_files_in_utf8 = lambda: {interrupted}\n"
+    (tmp_path / "ended.py").write_text(f"import sys\nfrom proxemetry import __main__\n{way}sys.exit(__main__.main())\n")
+    path = os.pathsep.join([str(tmp_path), os.environ.get("PYTHONPATH", "")])
+    done = subprocess.run(
+        [sys.executable, "-m", "ended"], env={**os.environ, "PYTHONPATH": path}, capture_output=True, text=True
+    )
+    assert (done.returncode, "Traceback" in done.stderr) == (130, False), done.stderr
+
+
+def test_importing_the_package_takes_no_longer_than_it_must() -> None:
+    """Until the command line begins, Ctrl-C is a traceback: `typing` and its like are for later."""
+    source = str(Path(proxemetry.__file__).parents[1])
+    code = f"import sys; sys.path[:0] = [{source!r}]; import proxemetry; print(*sys.modules)"
+    done = subprocess.run([sys.executable, "-I", "-S", "-c", code], capture_output=True, text=True, check=True)
+    assert not {"typing", "re", "enum", "importlib", "collections"} & set(done.stdout.split())

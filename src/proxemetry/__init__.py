@@ -5,18 +5,22 @@
     scene.distances_m
 
 Importing this loads nothing else: each name loads its module when it is first used, and networks' runtimes, plotting
-and the web framework come when they are needed. Packages that report to their makers are kept from it.
+and the web framework come when they are needed. Even `typing` would be too slow: until the command line begins, Ctrl-C
+is a traceback. Packages that report to their makers are kept from it.
 """
 
-import importlib
+from __future__ import annotations
+
 import sys
 from types import ModuleType
-from typing import TYPE_CHECKING, Any
 
 from . import telemetry
 from .version import __version__
 
+TYPE_CHECKING = False  # to a type checker it is that of `typing`
 if TYPE_CHECKING:
+    from typing import Any
+
     from .archive.figures.frames import ResultsFrames, measure_folder, read_results
     from .bodies import Bodies
     from .camera import Camera, CameraEstimate, Mount
@@ -85,6 +89,8 @@ _HOME = {
 
 
 def __getattr__(name: str) -> Any:
+    import importlib
+
     if name not in _HOME:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     value = getattr(importlib.import_module(f"{__name__}.{_HOME[name]}"), name)

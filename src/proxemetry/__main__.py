@@ -12,9 +12,15 @@ def main() -> int:
     try:
         _name_files_in_utf8()
         from .cli import main
+
+        code = main()
     except KeyboardInterrupt:
-        return INTERRUPTED
-    return main()
+        code = INTERRUPTED
+    # CPython remembers a KeyboardInterrupt that left an exec() of text, which dataclasses use while modules load, even
+    # though it was caught: at its end this process would be killed by SIGINT instead of having an exit code. The next
+    # exec() makes it forget (run_eval_code_obj in Python/pythonrun.c).
+    exec("")
+    return code
 
 
 def _name_files_in_utf8() -> None:
