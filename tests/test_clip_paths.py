@@ -190,6 +190,18 @@ def test_covariances_that_are_too_small_are_found_out():
     assert noise_scale_of(surprises(chain_of(range(400)), honest, np.arange(400) * STEP)) < 1.3
 
 
+def test_only_where_somebody_is_seen_there_is_a_surprise_and_an_even_walk_has_none():
+    seen = [0, 1, 2, 3, 7, 8, 15, 16, 17]
+    places = np.full((18, 1, 2), np.nan)
+    places[seen, 0] = np.outer(seen, [1.2 * STEP, 0.0])
+    found = surprises(chain_of(seen), shot_of(places), np.arange(18) * STEP)
+    assert len(found) == len(seen) - 2
+    assert (found >= 0).all() and found.max() < 0.6  # of chi-squared with two degrees, whose median is 1.4
+    aside = places.copy()
+    aside[7, 0, 1] = 3.0  # three metres to the side of where the walk goes on after the gap
+    assert surprises(chain_of(seen), shot_of(aside), np.arange(18) * STEP).argmax() == seen.index(7) - 2
+
+
 def test_overlap_of_boxes():
     boxes = np.array([[0.0, 0, 2, 2], [1, 0, 3, 2], [5, 5, 6, 6], [np.nan] * 4])
     found = pairwise_iou(boxes[:1], boxes)[0]

@@ -96,6 +96,27 @@ def test_apparent_stature_is_near_the_truth_from_any_part(seen: list[str]) -> No
     assert apparent_stature_px(_standing(500, seen))[0] == pytest.approx(500, rel=0.05)
 
 
+def test_of_who_shows_no_limb_the_boxs_longer_side_is_the_stature() -> None:
+    face = _standing(500, ["nose"])
+    boxes = np.array([[100.0, 50, 160, 350]]), np.array([[100.0, 50, 900, 350]])
+    assert [apparent_stature_px(replace(face, boxes_px=box))[0] for box in boxes] == [300, 800]
+
+
+def test_a_limb_that_looks_short_is_turned_and_the_longest_counts() -> None:
+    people = _standing(500, ["left_shoulder", "right_shoulder", "left_hip", "right_hip", "left_knee"])
+    turned = people.keypoints_px * (0.2, 1)  # seen from the side, where shoulders tell nothing
+    implied = 500 / 1.70 * np.array([(1.40 - 0.88) * 1.70 / 0.52, (0.88 - 0.48) * 1.70 / 0.42])
+    assert apparent_stature_px(replace(people, keypoints_px=turned))[0] == pytest.approx(implied.max(), rel=2e-3)
+
+
+def test_the_sd_of_peoples_joints_is_the_laws_at_their_score_and_apparent_stature() -> None:
+    people = _standing(500, list(COCO_17.joints))
+    people = replace(people, scores=np.linspace(0.2, 0.9, 17)[None])
+    law, body_px = law_for(people), apparent_stature_px(people)[0]
+    expected = [law.sd_px(joint, people.scores[0, k], body_px) for k, joint in enumerate(COCO_17.joints)]
+    assert people_sd_px(people)[0] == pytest.approx(np.ravel(expected))
+
+
 def test_people_sd_has_a_number_for_every_seen_joint() -> None:
     sd = people_sd_px(_standing(500, ["nose", "left_shoulder", "right_shoulder", "left_hip", "right_hip"]))
     assert sd.shape == (1, 17)

@@ -15,10 +15,11 @@ from proxemetry.arrays import FloatArray
 from proxemetry.camera import Camera
 from proxemetry.camera.lines import focal_from_lines, gravity_from_lines
 from proxemetry.camera.lines.focal import ONE_DIRECTION, _moved, focal_profile, read_focal
-from proxemetry.camera.lines.gravity import TOO_FEW
-from proxemetry.camera.lines.mixture import evaluate, lines_of
-from proxemetry.camera.lines.model import N_PARAMETERS, PRIOR, vanishing_points
+from proxemetry.camera.lines.gravity import TOO_FEW, _once
+from proxemetry.camera.lines.mixture import Fitted, evaluate, lines_of
+from proxemetry.camera.lines.model import AZIMUTH, N_PARAMETERS, PITCH, PRIOR, vanishing_points
 from proxemetry.camera.lines.segments import _components, _merged
+from proxemetry.camera.mount import Mount
 from synthetic.line_scenes import STRAIGHT, WITHOUT, LineScene, exact_scene, line_scene
 
 
@@ -123,6 +124,33 @@ def test_pixels_that_are_not_square_and_bent_lenses_are_undone() -> None:
 def test_nothing_to_go_by_tells_nothing(segments: FloatArray) -> None:
     assert gravity_from_lines(segments, Camera.centred(700, 640, 480)) is None
     assert focal_from_lines(segments, 640, 480) is None
+
+
+@pytest.mark.parametrize(
+    ("pitch_deg", "turned_deg", "explanations"),
+    [(0, 0, 1), (0, 90, 1), (0, -180, 1), (0.2, 0, 1), (0, 0.5, 1), (0.4, 0, 2), (0, 45, 2), (0, 5, 2)],
+)
+def test_explanations_are_one_up_to_a_quarter_turn_of_the_walls(pitch_deg, turned_deg, explanations):
+    """Walls at right angles are the same walls after a quarter turn; the likelier of two that are alike stays."""
+    rows = np.zeros((2, N_PARAMETERS))
+    rows[0, AZIMUTH] = 0.4
+    rows[1] = rows[0]
+    rows[1, [PITCH, AZIMUTH]] += np.radians([pitch_deg, turned_deg])
+    fit = Fitted(rows, np.zeros((2, 6)), np.array([2.0, 1.0]), np.tile(np.eye(N_PARAMETERS), (2, 1, 1)))
+    kept = _once(fit)
+    assert len(kept.rows) == explanations
+    assert kept.cost[0] == 1.0 and kept.rows[0] == pytest.approx(rows[1])
+
+
+def test_gravity_is_a_mount_with_anothers_height():
+    gravity = gravity_from_lines(corner().segments_px, camera_of(corner()))
+    assert gravity is not None
+    alone, tall = gravity.mount(), gravity.mount(Mount.stated(height_m=2.5, height_sd_m=0.1, size_px=(640, 480)))
+    assert math.isnan(alone.height_m) and alone.size_px is None
+    assert (tall.height_m, tall.size_px) == (2.5, (640, 480)) and tall.height_sd_m == pytest.approx(0.1)
+    for mount in (alone, tall):
+        assert np.degrees([mount.pitch_rad, mount.roll_rad]) == pytest.approx([gravity.pitch_deg, gravity.roll_deg])
+        assert np.degrees(mount.sd[:2]) == pytest.approx([gravity.pitch_sd_deg, gravity.roll_sd_deg])
 
 
 def test_another_shape_is_refused() -> None:

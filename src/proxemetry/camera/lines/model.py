@@ -46,12 +46,8 @@ class Prior:
     tail: FloatArray
     odd: float
 
-    def cost(self, rows: FloatArray) -> FloatArray:
-        """Return the negative log density of rows (H, 9)."""
-        return self.costs(rows).sum(axis=1)
-
     def costs(self, rows: FloatArray) -> FloatArray:
-        """Return the negative log density of each parameter, (H, 9)."""
+        """Return the negative log density of each parameter of rows (H, 9), (H, 9)."""
         z2 = ((rows - self.mean) / self.sd) ** 2
         heavy = np.isfinite(self.tail)
         tail = np.where(heavy, self.tail, 1.0)
