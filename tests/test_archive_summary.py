@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from scipy.special import stdtrit
 
 from proxemetry.archive.figures.sampling import Sample, _student
-from proxemetry.archive.figures.summary import Summary, _groups, summarise
+from proxemetry.archive.figures.summary import Summary, _grouped, _groups, summarise
 from proxemetry.archive.review.corrections import FILE, Log
 from proxemetry.archive.run.run import run
 from proxemetry.archive.run.work import Job
@@ -127,6 +127,13 @@ def test_pairs_find_their_photos_by_place_as_by_name(tmp_path, monkeypatch):
     assert by_place.nearest_m.tolist() == by_name.nearest_m.tolist()
     assert sum(g.n_pairs for g in by_place.groups) == 6
     assert sum(g.n_photos for g in by_place.groups) == 7
+
+
+def test_rows_of_photos_that_do_not_count_are_left_out_of_every_group():
+    found = {"row": np.array([0, 0, 1, 2, 3, 4]), "metres": np.arange(6.0)}
+    some = _grouped(found, np.array([1, -1, 0]), 2)  # two more photos follow that do not count either
+    assert some["group"].tolist() == [0, 1, 1] and some["metres"].tolist() == [3.0, 0.0, 1.0]
+    assert some["row"].tolist() == [2, 0, 0]
 
 
 def test_copies_count_once_where_asked_for(small):

@@ -71,6 +71,8 @@ def test_photos_that_one_does_not_score_count_for_neither(folder: Path, protocol
     apart = difference(some, whole)
     assert apart.n_images == 3
     assert apart.pair_error_pct_mean_over_images == pytest.approx(30)
+    back = difference(whole, some)
+    assert (back.n_images, back.pair_error_pct_mean_over_images) == (3, pytest.approx(-30))
     nothing = difference(answered(folder, [None] * N, protocol), whole)
     assert nothing.n_images == 0
     assert nothing.to_dict() == {"n_images": 0, "pair_error_pct_mean_over_images": None, "ci95": [None, None]}

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from proxemetry.clip.critical import _block_interval, _line, _prediction_low, critical_density, rate
 from proxemetry.clip.events import events_of
-from proxemetry.clip.exposure import TotalExposure, pairs_over_time, weights_s
+from proxemetry.clip.exposure import TotalExposure, pairs_over_time, same_group, weights_s
 from proxemetry.clip.nearness import nearness
 from proxemetry.clip.sightings import Chain, Sightings
 from proxemetry.clip.smoothing import smooth
@@ -132,6 +132,13 @@ def test_pairs_of_one_group_are_counted_apart():
     found = totals.totals()
     assert found.seconds[0] == pytest.approx(20, abs=0.1)
     assert found.apart_seconds[0] == pytest.approx(10, abs=0.1)
+
+
+@given(st.floats(0, 1))
+def test_two_tracks_belong_together_whichever_is_named_first(probability):
+    known = {(1, 2): probability}
+    assert same_group(known, 1, 2) == same_group(known, 2, 1) == probability
+    assert same_group(known, 1, 3) == 0.0
 
 
 def test_an_event_has_a_beginning_an_end_and_a_minimum():

@@ -309,6 +309,16 @@ def test_widening_multiplies_standard_deviations():
     assert mount.widened(3.0).height_sd_m == pytest.approx(1.2)
 
 
+def test_a_mount_takes_no_lens_from_another():
+    """Pitch, roll and height are the photo's own; a lens is given separately, with its own doubt."""
+    other = Mount.stated(0.2, 0.1, 3.0, pitch_sd_rad=0.1, camera=replace(LENS, focal_rel_sd=0.05))
+    completed = Mount.stated(0.3, pitch_sd_rad=0.1).completed_by(other)
+    assert (completed.pitch_rad, completed.roll_rad, completed.height_m) == (0.3, 0.1, 3.0)
+    assert completed.camera is None and np.isnan(completed.sd[3])
+    nothing = Mount.stated(0.3, 0.0, 2.0)
+    assert nothing.completed_by(other) is nothing
+
+
 def test_what_a_mount_takes_from_another_is_independent_of_what_it_knew():
     spread = np.array([[0.04, np.nan, 0.01], [np.nan, np.nan, np.nan], [0.01, np.nan, 0.09]])
     covariance = np.full((4, 4), np.nan)

@@ -42,7 +42,7 @@ def _heads(*eyes: tuple[tuple[float, float], tuple[float, float]]) -> People:
 class _Finder:
     """Sees both pupils so far aside of where the eyes were said to be."""
 
-    def __init__(self, aside: float) -> None:
+    def __init__(self, aside: float | np.ndarray) -> None:
         self.aside, self.asked = aside, 0
 
     def find(self, picture: object, box_px: object, points_px: np.ndarray) -> Pupils:
@@ -67,6 +67,13 @@ def test_large_heads_that_face_the_camera_get_pupils(monkeypatch: pytest.MonkeyP
     assert np.nan_to_num(np.delete(moved[0], [RIGHT, LEFT], axis=0)) == pytest.approx(0)
     assert np.nan_to_num(moved[1:]) == pytest.approx(0)
     assert (seen.scores == people.scores).all() and seen.source == people.source
+
+
+@pytest.mark.parametrize(("aside", "believed"), [(9.0, True), (11.0, False)])
+def test_the_eye_that_moved_most_is_compared_with_half_the_eyes_distance(monkeypatch, aside, believed) -> None:
+    people = _heads(((100, 50), (120, 50)))
+    across = _with(_Finder(np.array([aside, 0.0])), monkeypatch).in_place_of_eyes(people, PIXELS)
+    assert (across.keypoints_px[0, LEFT, 0] != 120) == believed
 
 
 @pytest.mark.parametrize(("aside", "believed"), [(4.0, True), (9.0, False)])
