@@ -103,6 +103,13 @@ def _value_labels(column: Column) -> dict[float, str]:
     return {float(code): level for code, level in _codes(column).items()}
 
 
+def _missing(column: Column) -> list[Any]:
+    """Return the values that are declared missing; a number or a level that is missing needs none."""
+    if column.levels:
+        return [_UNCERTAIN_CODE] if UNCERTAIN in column.levels else []
+    return [""] if column.kind == "VARCHAR" else []  # SPSS would count it as a valid text
+
+
 def _measure(column: Column) -> str:
     """Return SPSS's level of measurement."""
     if column.levels:
@@ -141,7 +148,7 @@ def _write_sav(frame: Any, path: str, table: str, columns: Sequence[Column], lon
             frame, path, file_label=f"proxemetry: {table}", row_compress=True,
             column_labels={c.name: _label(c) for c in columns},
             variable_value_labels={c.name: labels for c in columns if (labels := _value_labels(c))},
-            missing_ranges={c.name: [_UNCERTAIN_CODE] for c in columns if UNCERTAIN in c.levels},
+            missing_ranges={c.name: missing for c in columns if (missing := _missing(c))},
             variable_measure={c.name: _measure(c) for c in columns},
             variable_format={c.name: "F8.0" for c in columns if c.kind in ("INTEGER", "BOOLEAN") or c.levels},
         )  # fmt: skip
