@@ -17,7 +17,7 @@ from proxemetry.clip.density import (
     voronoi_cells,
     voronoi_density,
 )  # fmt: skip
-from proxemetry.clip.groups import adjusted, features, group_probabilities, groups_of, together
+from proxemetry.clip.groups import FITTED, adjusted, features, group_probabilities, groups_of, predicted, together
 from proxemetry.clip.sightings import Chain, Sightings
 from proxemetry.clip.smoothing import smooth
 
@@ -156,3 +156,27 @@ def test_what_two_walkers_are_described_by_is_as_by_hand(apart, in_file):
     )
     expected = [np.log(np.hypot(*apart)), np.log(0.05), np.log(0.2 + in_file), np.log(6.0), 1.3]
     assert features(exact) == pytest.approx(expected, abs=1e-6)
+
+
+def test_two_walkers_are_described_alike_whichever_comes_first():
+    """Of different speeds and courses too: what lies ahead is where both go on average."""
+    rng = np.random.default_rng(6)
+    (one, other) = paths_of(street((0, 0, 1.3), (0.4, 1.1, 0.9), frames=31) + rng.normal(0, 0.02, (31, 2, 2)))
+    there, back = together(one, other), together(other, one)
+    turned = replace(there, a_m_s=there.a_m_s + (0.0, 0.8)), replace(back, b_m_s=back.b_m_s + (0.0, 0.8))
+    assert features(there) == pytest.approx(features(back))
+    assert features(turned[0]) == pytest.approx(features(turned[1]))
+    assert features(turned[0])[2] != pytest.approx(features(there)[2], abs=0.01)
+
+
+@pytest.mark.parametrize("k", range(5))
+def test_the_model_is_a_logistic_regression_on_standardised_features(k):
+    mean, sd, weights = (np.array(v) for v in (FITTED.mean, FITTED.sd, FITTED.weights))
+    unit = np.eye(5)[k]
+    for steps in (-1.0, 0.0, 2.0):
+        (probability,) = predicted((mean + steps * unit * sd)[None], FITTED)
+        assert np.log(probability / (1 - probability)) == pytest.approx(weights[0] + steps * weights[1 + k])
+
+
+def test_a_pair_of_which_one_is_not_asked_for_makes_no_group():
+    assert groups_of([1, 2], {(2, 3): 0.9, (0, 1): 0.9}) == [[1], [2]]
