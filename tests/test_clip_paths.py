@@ -12,7 +12,7 @@ from proxemetry.clip.joining import joined
 from proxemetry.clip.motion import SPEED_SD_M_S, VELOCITY, _place_term, transition
 from proxemetry.clip.sightings import Chain, Sightings
 from proxemetry.clip.smoothing import LASTING_SHARE, noise_scale_of, smooth, surprises
-from proxemetry.clip.tracking import SWAY_SD_M, track
+from proxemetry.clip.tracking import SWAY_SD_M, at_picture_edge, track
 from proxemetry.overlap import pairwise_iou
 
 STEP = 0.2
@@ -177,6 +177,14 @@ def test_who_stays_away_too_long_comes_back_as_another():
     places = np.zeros((40, 1, 2))
     places[10:25] = np.nan
     assert [len(c) for c in track(shot_of(places))] == [10, 15]
+
+
+def test_the_left_and_the_right_edge_of_the_picture_are_alike():
+    boxes = np.array([[0, 0, 80, 90], [15, 0, 80, 90], [40, 0, 80, 90], [900, 0, 985, 90], [900, 0, 960, 90.0]])
+    assert at_picture_edge(boxes, 1000.0).tolist() == [True, True, False, True, False]
+    mirrored = 1000.0 - boxes[:, [2, 1, 0, 3]]
+    assert at_picture_edge(mirrored, 1000.0).tolist() == [True, True, False, True, False]
+    assert not at_picture_edge(boxes, np.inf).any()  # without a picture there is no edge to leave by
 
 
 def test_covariances_that_are_too_small_are_found_out():

@@ -139,6 +139,15 @@ def test_sensor_sides_follow_the_photo(size: tuple[int, int], sensor: tuple[floa
     assert camera_of(photo_of(*size), FocalRequest(focal_mm=50.0, sensor_mm=sensor)).f_px == pytest.approx(expected)
 
 
+def test_a_photo_of_another_shape_than_the_sensor_is_as_unsure_as_its_sides_disagree() -> None:
+    """16:9 out of 3:2 is the width's answer; by the height it would be 32 / 27 of it, and half of that is one sd."""
+    whole = camera_of(photo_of(6000, 4000, focal_mm=50.0), FocalRequest(sensor_mm=(36, 24)))
+    cut = camera_of(photo_of(6000, 3375, focal_mm=50.0), FocalRequest(sensor_mm=(36, 24)))
+    apart = math.sqrt(cut.focal_rel_sd**2 - whole.focal_rel_sd**2)
+    assert apart == pytest.approx(math.log(32 / 27) / 2, abs=0.03)
+    assert math.exp(2 * apart) == pytest.approx(32 / 27, rel=0.05)
+
+
 def test_assumptions_are_marked_and_come_last() -> None:
     camera = camera_of(photo_of(), FocalRequest(assume_fov_deg=60))
     assert camera.f_px == pytest.approx(3000 / math.tan(math.radians(30)))

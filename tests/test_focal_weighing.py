@@ -122,6 +122,10 @@ FILES: dict[str, tuple[tuple[int, int], dict[int, object], float, float, FocalSo
         (2000, 1600), {FOCAL: (50, 1), FOCAL_35: 50, **plane(6000 / 36), **stored(2000, 1600)},
         50 / 24 * 1600, 4.0, FocalSource.FOCAL_PLANE,
     ),
+    "cropped to another shape, nothing else known": (
+        (2000, 1600), {FOCAL: (50, 1), **plane(6000 / 36), **stored(2000, 1600)},
+        50 / 24 * 1600, 4.5, FocalSource.FOCAL_PLANE,  # 12 mm of it are left: sensors go up to 54 mm
+    ),
     "a camera listed once a shape": (
         (3648, 2736), {FOCAL: (51, 10), MAKE: "Panasonic", MODEL: "DMC-LX3"},
         5.1 * 4.7 * 4560 / DIAGONAL, 1.1, FocalSource.CROP_FACTOR,
@@ -146,6 +150,18 @@ def test_the_interval_holds_the_truth_and_is_no_wider_than_need_be(name: str, tm
     assert holds(camera, truth), f"{camera.f_px:.0f} px within a factor of {half_width(camera):.2f}, not {truth:.0f}"
     assert half_width(camera) <= widest
     assert estimate.why
+
+
+def test_the_optical_centre_of_a_crop_is_as_unsure_as_what_was_cut_away(tmp_path: Path) -> None:
+    """Cut anywhere out of the whole, a picture's middle is off by as much as the two differ in size."""
+    sd = []
+    for width in (4800, 5184):  # of 5760 pixels: a sixth and a tenth are gone
+        tags = {FOCAL: (50, 1), **CANON, **plane(160), **stored(width, width * 2 // 3)}
+        camera = estimate_of(tmp_path, width, width * 2 // 3, tags).camera
+        assert camera is not None
+        sd.append(camera.principal_sd_px)
+    assert sd[0] / sd[1] == pytest.approx((5760 - 4800) / (5760 - 5184), rel=0.05)
+    assert 0 < sd[0] <= (5760 - 4800) / math.sqrt(12)
 
 
 def test_a_full_frame_canon_with_a_wrong_resolution_is_no_crop(tmp_path: Path) -> None:
