@@ -180,7 +180,7 @@ def test_who_stays_away_too_long_comes_back_as_another():
 
 
 def test_the_left_and_the_right_edge_of_the_picture_are_alike():
-    boxes = np.array([[0, 0, 80, 90], [15, 0, 80, 90], [40, 0, 80, 90], [900, 0, 985, 90], [900, 0, 960, 90.0]])
+    boxes = np.array([[0, 0, 80, 90], [4, 0, 80, 90], [40, 0, 80, 90], [900, 0, 996, 90], [900, 0, 960, 90.0]])
     assert at_picture_edge(boxes, 1000.0).tolist() == [True, True, False, True, False]
     mirrored = 1000.0 - boxes[:, [2, 1, 0, 3]]
     assert at_picture_edge(mirrored, 1000.0).tolist() == [True, True, False, True, False]
