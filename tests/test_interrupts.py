@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 
 import proxemetry
+from proxemetry import cli
 from proxemetry.archive.run.interrupts import WorkerProcesses, held_interrupts
 from proxemetry.archive.store.duck import attached
 from proxemetry.archive.store.folder import Folder
@@ -132,6 +133,44 @@ def test_ctrl_c_while_a_dataclass_is_made_still_ends_with_the_exit_code(where: s
         [sys.executable, "-m", "ended"], env={**os.environ, "PYTHONPATH": path}, capture_output=True, text=True
     )
     assert (done.returncode, "Traceback" in done.stderr) == (130, False), done.stderr
+
+
+def _interrupted(arguments: object) -> int:
+    """Do as C code does that is interrupted and has its own word for it."""
+    try:
+        signal.raise_signal(signal.SIGINT)
+    except KeyboardInterrupt:
+        raise ImportError("importing the C extensions failed") from None
+    return 0
+
+
+def test_what_a_library_makes_of_ctrl_c_is_ctrl_c(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(cli, "_run", _interrupted)
+    assert cli.main([]) == 130
+    assert capsys.readouterr().err == "proxemetry: stopped; what was finished is kept\n"
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+    def broken(arguments: object) -> int:
+        raise ImportError("made up")
+
+    monkeypatch.setattr(cli, "_run", broken)
+    with pytest.raises(ImportError, match="made up"):
+        cli.main([])
+
+
+def test_ctrl_c_waits_until_a_command_s_modules_are_loaded(monkeypatch: pytest.MonkeyPatch) -> None:
+    load, loaded = cli.importlib.import_module, []
+
+    def interrupted(name: str) -> object:
+        signal.raise_signal(signal.SIGINT)
+        loaded.append(load(name))
+        return loaded[-1]
+
+    monkeypatch.setattr(cli.importlib, "import_module", interrupted)
+    assert cli.main(["models", "list"]) == 130
+    assert [module.__name__ for module in loaded] == ["proxemetry.cli.models"]
 
 
 def test_importing_the_package_takes_no_longer_than_it_must() -> None:

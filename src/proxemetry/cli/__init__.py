@@ -15,6 +15,7 @@ import sys
 from collections.abc import Sequence
 from typing import Any, NoReturn
 
+from ..archive.store.signals import answered_afterwards, interruptible
 from ..errors import ProxemetryError, SettingsError
 from ..version import __version__
 
@@ -84,7 +85,8 @@ def main(argv: Sequence[str] | None = None) -> int:
             stream.reconfigure(errors="backslashreplace")
     try:
         _require_memory()
-        return _run(arguments)
+        with interruptible():
+            return _run(arguments)
     except ProxemetryError as error:
         print(f"proxemetry: {error}", file=sys.stderr)
         return NOTHING_DONE
@@ -165,7 +167,8 @@ def command_parser(arguments: Sequence[str]) -> argparse.ArgumentParser:
             command, help=summary, description=summary, formatter_class=argparse.RawDescriptionHelpFormatter
         )
         if command in chosen:  # only the command that runs is imported: `--help` stays quick
-            module = importlib.import_module(f"{__name__}.{command}")
+            with answered_afterwards():  # numpy, for one, would say that it is badly installed
+                module = importlib.import_module(f"{__name__}.{command}")
             module.configure(subparser)
             subparser.set_defaults(run=module.run)
     return parser

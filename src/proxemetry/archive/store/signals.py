@@ -28,9 +28,13 @@ def answered_afterwards() -> Generator[None]:
         signal.raise_signal(number)
 
 
+#: What libraries make of KeyboardInterrupt: DuckDB in a query, numpy and the bodies of classes while they load.
+_MADE_OF_IT = (RuntimeError, ImportError, SystemError)
+
+
 @contextmanager
 def interruptible() -> Generator[None]:
-    """Raise KeyboardInterrupt for the RuntimeError that DuckDB makes of it in a query."""
+    """Raise KeyboardInterrupt for what a library made of it."""
     heard: list[int] = []
 
     def noting(number: int, handler: Handler) -> Handler:
@@ -43,7 +47,7 @@ def interruptible() -> Generator[None]:
     try:
         with _taken(noting):
             yield
-    except RuntimeError as error:
+    except _MADE_OF_IT as error:
         if heard:
             raise KeyboardInterrupt from error
         raise
