@@ -83,13 +83,13 @@ def test_numbers_of_operators_are_those_of_the_schema():
         "pack": "PACK", "unpack": "UNPACK", "floor_divide": "FLOOR_DIV", "squared_difference": "SQUARED_DIFFERENCE",
         "slice": "SLICE", "leaky_relu": "LEAKY_RELU", "gather_nd": "GATHER_ND", "pad_with": "PADV2",
     }  # fmt: skip
-    assert set(names) == set(tflite._OPERATORS)
+    assert set(names) == set(tflite.OPERATORS)
     options = {
         "conv": "Conv2D", "depthwise": "DepthwiseConv2D", "max_pool": "Pool2D", "bilinear": "ResizeBilinear",
         "multiply": "Mul", "subtract": "Sub", "divide": "Div", "argmax": "ArgMax", "pad_with": "PadV2",
         "leaky_relu": "LeakyRelu", "floor_divide": "FloorDiv",
     }  # fmt: skip
-    for ours, (code, kind) in tflite._OPERATORS.items():
+    for ours, (code, kind) in tflite.OPERATORS.items():
         assert getattr(schema.BuiltinOperator, names[ours]) == code, ours
         if kind:
             name = options.get(ours) or "".join(word.capitalize() for word in ours.split("_"))

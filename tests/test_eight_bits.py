@@ -111,8 +111,8 @@ def test_weights_that_two_layers_share_stay():
 def test_weights_stored_in_sixteen_bits_and_widened_are_the_same_network(monkeypatch):
     weights = _random(4, 2, 64, 1, 1, 64).astype(np.float16).astype(np.float32)
     image = _random(5, 1, SIDE, SIDE, 64)
-    monkeypatch.setitem(tflite._TYPES, "float16", 1)
-    monkeypatch.setitem(tflite._OPERATORS, "dequantize", (6, 0))
+    monkeypatch.setitem(tflite.TYPES, "float16", 1)
+    monkeypatch.setitem(tflite.OPERATORS, "dequantize", (6, 0))
 
     class Halved(tflite.Network):
         """Its weights are stored as upstream's float16 files have them."""

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from ...errors import ModelError, SettingsError
 from ...files import reason_of, sha256_of
 from ...weights.conversion.eight_bits import in_eight_bits
+from ...weights.conversion.simplified import simplified
 from .. import DEVICES
 from ..litert import interpreter
 
@@ -169,7 +170,7 @@ def _load_openvino(path: Path, device: str) -> tuple[Run, list[Any], str]:
 def _load_litert(path: Path, device: str, eight_bits: bool) -> tuple[Run, list[Any], str]:
     if device != "cpu":
         raise ModelError(f"{path.name} runs on the processor alone, not on {device!r}: a GPU needs an ONNX file")
-    content = path.read_bytes()
+    content = simplified(path.read_bytes())
     if eight_bits:
         try:
             content = in_eight_bits(content)

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import ModelError
-from .flatbuffer import Floats, Ints, Longs, Number, Table, Writer
+from .flatbuffer import Floats, Ints, Longs, Number, Reader, Table, Writer
 
 _CONVOLUTION, _DEQUANTIZE = 3, 6
 _FLOAT32, _FLOAT16, _INT8 = 0, 1, 9
@@ -52,55 +52,56 @@ class _Graph:
 
     def __init__(self, content: bytes) -> None:
         self.writer = Writer(content)
-        model = self._led_to(0)
-        self._codes = [self._code(table) for table in self._tables(model, 1)]
-        graphs = self._tables(model, 2)
-        self._buffers = self._slots(model, 4)
-        self._tensors, self._operators = self._slots(graphs[0], 0), self._slots(graphs[0], 3)
-        self._users = Counter(index for place in self._operators for index in self._ints(self._led_to(place), 1))
-        self._users.update(self._ints(graphs[0], 2))
-        self._holders = Counter(self._number(tensor, 2, "I") for graph in graphs for tensor in self._tables(graph, 0))
+        file = self._file = Reader(self.writer.content)
+        model = file.led_to(0)
+        self._codes = [self._code(table) for table in file.tables(model, 1)]
+        graphs = file.tables(model, 2)
+        self._buffers = file.slots(model, 4)
+        self._tensors, self._operators = file.slots(graphs[0], 0), file.slots(graphs[0], 3)
+        self._users = Counter(index for place in self._operators for index in file.ints(file.led_to(place), 1))
+        self._users.update(file.ints(graphs[0], 2))
+        self._holders = Counter(file.number(tensor, 2, "I") for graph in graphs for tensor in file.tables(graph, 0))
         #: Which operator widens stored weights into a tensor.
-        self._widened = {self._ints(table, 2)[0]: table for table in self.operators(_DEQUANTIZE)}
+        self._widened = {file.ints(table, 2)[0]: table for table in self.operators(_DEQUANTIZE)}
 
     def operators(self, kind: int) -> Iterator[int]:
         """Yield where the operators of a kind begin."""
         for place in self._operators:
-            table = self._led_to(place)
-            if self._codes[self._number(table, 0, "I")] == kind:
+            table = self._file.led_to(place)
+            if self._codes[self._file.number(table, 0, "I")] == kind:
                 yield table
 
     def narrow(self, convolution: int, least_weights: int) -> None:
         """Let a convolution have its weights in 8 bits, where they are constants of its own and it is not small."""
-        _, filter_, *_ = self._ints(convolution, 1)
+        _, filter_, *_ = self._file.ints(convolution, 1)
         widening = self._widened.get(filter_)
-        stored = filter_ if widening is None else self._ints(widening, 1)[0]
-        tensor = self._led_to(self._tensors[stored])
-        type_, buffer = self._number(tensor, 1, "b"), self._number(tensor, 2, "I")
+        stored = filter_ if widening is None else self._file.ints(widening, 1)[0]
+        tensor = self._file.led_to(self._tensors[stored])
+        type_, buffer = self._file.number(tensor, 1, "b"), self._file.number(tensor, 2, "I")
         alone = self._users[filter_] == self._users[stored] == self._holders[buffer] == 1
-        raw = self._bytes(self._led_to(self._buffers[buffer]), 0)
-        shape = self._ints(tensor, 0)
+        raw = self._file.bytes(self._file.led_to(self._buffers[buffer]), 0)
+        shape = self._file.ints(tensor, 0)
         is_small = np.prod(shape[1:]) < least_weights
         if type_ not in _STORED or not alone or not raw or is_small:
             return
         narrow, scales = _quantized(np.frombuffer(raw, _STORED[type_]).reshape(shape).astype(np.float32))
         quantization = Table({2: Floats(scales.tolist()), 3: Longs([0] * len(scales)), 6: Number(0)})
         fields = {0: Ints(shape), 1: Number(_INT8, "b"), 2: Number(buffer, "I"), 4: quantization}
-        self._shorten(self._led_to(self._buffers[buffer]), narrow.tobytes())
+        self._shorten(self._file.led_to(self._buffers[buffer]), narrow.tobytes())
         self.writer.point(self._tensors[stored], self.writer.table(Table(fields)))
         if widening is not None:
             self._drop(widening)
-            struct.pack_into("<i", self.writer.content, self._vector(convolution, 1)[0] + 4, stored)
+            struct.pack_into("<i", self.writer.content, self._file.vector(convolution, 1)[0] + 4, stored)
 
     def _shorten(self, buffer: int, narrow: bytes) -> None:
         """Put fewer bytes in the place of a buffer's."""
-        begin, _ = self._vector(buffer, 0)
+        begin, _ = self._file.vector(buffer, 0)
         struct.pack_into("<I", self.writer.content, begin - 4, len(narrow))
         self.writer.content[begin : begin + len(narrow)] = narrow
 
     def _drop(self, operator: int) -> None:
         """Take an operator out of the list of those that run."""
-        targets = [self._led_to(place) for place in self._operators if self._led_to(place) != operator]
+        targets = [self._file.led_to(place) for place in self._operators if self._file.led_to(place) != operator]
         count_at = self._operators[0] - 4
         struct.pack_into("<I", self.writer.content, count_at, len(targets))
         self._operators = self._operators[: len(targets)]
@@ -109,48 +110,7 @@ class _Graph:
 
     def _code(self, table: int) -> int:
         """Return an operator's number, which files of before 2020 have in a byte."""
-        return max(self._number(table, 3, "i"), self._number(table, 0, "b"))
-
-    def _led_to(self, place: int) -> int:
-        return place + struct.unpack_from("<I", self.writer.content, place)[0]
-
-    def _field(self, table: int, number: int) -> int:
-        """Return where a table's field lies, 0 where it is left out."""
-        layout = table - struct.unpack_from("<i", self.writer.content, table)[0]
-        size = struct.unpack_from("<H", self.writer.content, layout)[0]
-        at = 4 + 2 * number
-        offset = struct.unpack_from("<H", self.writer.content, layout + at)[0] if at < size else 0
-        return table + offset if offset else 0
-
-    def _number(self, table: int, number: int, format_: str) -> int:
-        at = self._field(table, number)
-        return int(struct.unpack_from(f"<{format_}", self.writer.content, at)[0]) if at else 0
-
-    def _vector(self, table: int, number: int) -> tuple[int, int]:
-        """Return where the numbers of a table's vector begin, and how many there are."""
-        at = self._field(table, number)
-        if not at:
-            return 0, 0
-        begin = self._led_to(at)
-        count = int(struct.unpack_from("<I", self.writer.content, begin)[0])
-        if count > len(self.writer.content) - begin:
-            raise ValueError(f"{count} numbers from byte {begin} on")
-        return begin + 4, count
-
-    def _slots(self, table: int, number: int) -> list[int]:
-        begin, count = self._vector(table, number)
-        return [begin + 4 * i for i in range(count)]
-
-    def _tables(self, table: int, number: int) -> list[int]:
-        return [self._led_to(place) for place in self._slots(table, number)]
-
-    def _ints(self, table: int, number: int) -> list[int]:
-        begin, count = self._vector(table, number)
-        return list(struct.unpack_from(f"<{count}i", self.writer.content, begin))
-
-    def _bytes(self, table: int, number: int) -> bytes:
-        begin, count = self._vector(table, number)
-        return bytes(self.writer.content[begin : begin + count])
+        return max(self._file.number(table, 3, "i"), self._file.number(table, 0, "b"))
 
 
 def _quantized(weights: NDArray[np.float32]) -> tuple[NDArray[np.int8], NDArray[np.float32]]:

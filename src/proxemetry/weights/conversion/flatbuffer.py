@@ -1,4 +1,4 @@
-"""Writing FlatBuffers: tables, vectors and numbers as bytes, the same bytes wherever and whenever it runs.
+"""FlatBuffers: tables, vectors and numbers, written as bytes (the same wherever and whenever it runs) and read.
 
 The encoding is that of https://flatbuffers.dev/internals. A library's writer may lay out the same content otherwise in
 its next version; a converted network is pinned by its hash, so the layout is written here: every table directly after
@@ -135,6 +135,63 @@ class Writer:
         for place, table in enumerate(values):
             self.point(begin + 4 + 4 * place, self.table(table))
         return begin
+
+
+class Reader:
+    """Tables, vectors and numbers of a FlatBuffer, by where they lie in it; 0 or nothing for what is left out.
+
+    Raises struct.error, IndexError or ValueError where an offset leads out of the file.
+    """
+
+    def __init__(self, content: bytes | bytearray) -> None:
+        self.content = content
+
+    def led_to(self, place: int) -> int:
+        """Return where the offset at `place` leads."""
+        return place + struct.unpack_from("<I", self.content, place)[0]
+
+    def field(self, table: int, number: int) -> int:
+        """Return where a table's field lies, 0 where it is left out."""
+        layout = table - struct.unpack_from("<i", self.content, table)[0]
+        size = struct.unpack_from("<H", self.content, layout)[0]
+        at = 4 + 2 * number
+        offset = struct.unpack_from("<H", self.content, layout + at)[0] if at < size else 0
+        return table + offset if offset else 0
+
+    def number(self, table: int, number: int, format_: str) -> int:
+        """Return a whole number in a table's field, by its struct format."""
+        at = self.field(table, number)
+        return int(struct.unpack_from(f"<{format_}", self.content, at)[0]) if at else 0
+
+    def vector(self, table: int, number: int) -> tuple[int, int]:
+        """Return where the numbers of a table's vector begin, and how many there are."""
+        at = self.field(table, number)
+        if not at:
+            return 0, 0
+        begin = self.led_to(at)
+        count = int(struct.unpack_from("<I", self.content, begin)[0])
+        if count > len(self.content) - begin:
+            raise ValueError(f"{count} numbers from byte {begin} on")
+        return begin + 4, count
+
+    def slots(self, table: int, number: int) -> list[int]:
+        """Return where each offset of a table's vector of tables lies."""
+        begin, count = self.vector(table, number)
+        return [begin + 4 * i for i in range(count)]
+
+    def tables(self, table: int, number: int) -> list[int]:
+        """Return where each table of a table's vector begins."""
+        return [self.led_to(place) for place in self.slots(table, number)]
+
+    def ints(self, table: int, number: int) -> list[int]:
+        """Return a table's vector of 32-bit integers."""
+        begin, count = self.vector(table, number)
+        return list(struct.unpack_from(f"<{count}i", self.content, begin))
+
+    def bytes(self, table: int, number: int) -> bytes:
+        """Return a table's vector of bytes."""
+        begin, count = self.vector(table, number)
+        return bytes(self.content[begin : begin + count])
 
 
 def _layout(table: Table) -> tuple[list[int], int]:

@@ -6,7 +6,7 @@ Layers are added in the order they run in; each method returns the tensor that c
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,11 +17,11 @@ from .flatbuffer import Bytes, Ints, Number, Table, Tables, Value, written
 
 Array = NDArray[Any]
 
-_TYPES = {"float32": 0, "int32": 2}
+TYPES = {"float32": 0, "int32": 2}
 _VERSION, _IDENTIFIER = 3, b"TFL3"
 _BUFFER_ALIGNMENT = 16
 #: Operators: the schema's number and that of their options' type, 0 where they have none.
-_OPERATORS = {
+OPERATORS = {
     "add": (0, 11), "concatenation": (2, 10), "conv": (3, 1), "depthwise": (4, 2), "depth_to_space": (5, 94),
     "sigmoid": (14, 0), "max_pool": (17, 5), "multiply": (18, 21), "relu": (19, 0), "reshape": (22, 17),
     "bilinear": (23, 15), "pad": (34, 22), "transpose": (39, 26), "subtract": (41, 28), "divide": (42, 29),
@@ -52,6 +52,11 @@ class Network:
         self._operators: list[Table] = []
         self._codes: dict[tuple[int, int], int] = {}
         self._inputs: list[Tensor] = []
+
+    @property
+    def layers(self) -> int:
+        """How many layers there are so far."""
+        return len(self._operators)
 
     def input(self, shape: Sequence[int], type_: str = "float32") -> Tensor:
         """Add an input."""
@@ -165,14 +170,14 @@ class Network:
 
     def cast(self, x: Tensor, type_: str) -> Tensor:
         """Change the type of the numbers."""
-        options: dict[int, Value] = {0: Number(_TYPES[x.type], "b"), 1: Number(_TYPES[type_], "b")}
+        options: dict[int, Value] = {0: Number(TYPES[x.type], "b"), 1: Number(TYPES[type_], "b")}
         return self._one("cast", [x], x.shape, options, type_)
 
     def argmax(self, x: Tensor, axis: int) -> Tensor:
         """Find where an axis has its largest number."""
         shape = tuple(side for number, side in enumerate(x.shape) if number != axis % len(x.shape))
         inputs = [x, self.constant(np.array(axis, np.int32))]
-        return self._one("argmax", inputs, shape, {0: Number(_TYPES["int32"], "b")}, "int32")
+        return self._one("argmax", inputs, shape, {0: Number(TYPES["int32"], "b")}, "int32")
 
     def pack(self, parts: Sequence[Tensor], axis: int) -> Tensor:
         """Stack tensors of one shape along a new axis."""
@@ -191,6 +196,13 @@ class Network:
         shape = (*indices.shape[:-1], *x.shape[indices.shape[-1] :])
         return self._one("gather_nd", [x, indices], shape, None, x.type)
 
+    def layer(
+        self, name: str, inputs: Sequence[Tensor], shapes: Sequence[tuple[int, ...]], options: Mapping[int, Value],
+        type_: str,
+    ) -> list[Tensor]:  # fmt: skip
+        """Add a layer whose options' fields are known, and the shapes and the one type of all that comes out."""
+        return self._many(name, inputs, shapes, dict(options), type_)
+
     def written(self, outputs: Sequence[Tensor]) -> bytes:
         """Return the file."""
         graph = Table({
@@ -205,7 +217,7 @@ class Network:
         return written(Table(model), _IDENTIFIER)
 
     def _tensor(self, shape: tuple[int, ...], type_: str, buffer: int = 0) -> Tensor:
-        fields: dict[int, Value] = {0: Ints(shape), 1: Number(_TYPES[type_], "b"), 2: Number(buffer, "I")}
+        fields: dict[int, Value] = {0: Ints(shape), 1: Number(TYPES[type_], "b"), 2: Number(buffer, "I")}
         self._tensors.append(Table(fields))
         return Tensor(len(self._tensors) - 1, shape, type_)
 
@@ -219,7 +231,7 @@ class Network:
         self, name: str, inputs: Sequence[Tensor], shapes: Sequence[tuple[int, ...]],
         options: dict[int, Value] | None = None, type_: str | None = None,
     ) -> list[Tensor]:  # fmt: skip
-        code, kind = _OPERATORS[name]
+        code, kind = OPERATORS[name]
         opcode = self._codes.setdefault((code, 1), len(self._codes))
         outputs = [self._tensor(tuple(shape), type_ or inputs[0].type) for shape in shapes]
         fields: dict[int, Value] = {
