@@ -24,6 +24,7 @@ from proxemetry import plots
 from proxemetry.arrays import FloatArray
 from proxemetry.bodies import Bodies
 from proxemetry.camera import Camera, CameraEstimate
+from proxemetry.camera.mount import Mount
 from proxemetry.distances import UNCERTAIN, ZONES, ground_frame, measure_distances
 from proxemetry.errors import OutputError, SettingsError
 from proxemetry.intervals import CHI2_2D
@@ -33,6 +34,7 @@ from proxemetry.people.skeleton import COCO_17
 from proxemetry.photo import Photo
 from proxemetry.plots.cased_lines import DASHED, Casing, Line, draw_cased
 from proxemetry.plots.faces import heads_px, pixelated
+from proxemetry.plots.figure import overlay_figure
 from proxemetry.plots.geometry import ground_positions, ground_regions, horizon_px
 from proxemetry.plots.lettering import draw_badges, draw_pair_labels, to_points
 from proxemetry.plots.pair_selection import (
@@ -378,7 +380,22 @@ def test_the_horizon_is_where_level_rays_end() -> None:
     assert ends[:, 1].max() < 240  # a camera that looks down has the horizon above the middle
 
 
-@pytest.mark.parametrize(("rel_sd", "shown"), [(0.02, "± 3.3 %"), (0.1, "± 16 %"), (0.63, "1080 px [383, 3044]")])
+@pytest.mark.parametrize(("pitch", "drawn"), [(0.1, True), (0.9, False), (math.nan, False)])
+def test_the_legend_names_the_horizon_where_one_is_drawn(pitch: float, drawn: bool) -> None:
+    scene = drawn_scene([(0.0, 4.0)])
+    unknown, known = (math.nan,) * 4, not math.isnan(pitch)
+    rows = ((1e-4, 0.0, math.nan, math.nan), (0.0, 1e-4, math.nan, math.nan)) if known else (unknown, unknown)
+    tilt = Mount(pitch, 0.0 if known else math.nan, covariance=(*rows, unknown, unknown))
+    scene = replace(scene, camera=replace(scene.camera, mount=tilt))
+    figure = overlay_figure(scene, None, "show", False)
+    (legend,) = figure.legends
+    assert ("horizon" in [text.get_text() for text in legend.get_texts()]) is drawn
+    assert sum(line.get_color() == "#FFFFFF" for line in figure.axes[0].lines) == drawn
+
+
+@pytest.mark.parametrize(
+    ("rel_sd", "shown"), [(0.02, "± 3.3 %"), (0.1, "± 16 %"), (0.63, "32 mm equivalent [11, 91], 1080 px")]
+)
 def test_the_focal_length_s_spread_is_never_in_powers_of_ten(rel_sd: float, shown: str) -> None:
     scene = drawn_scene([(0.0, 4.0)])
     camera = replace(scene.camera.camera, focal_rel_sd=rel_sd)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import warnings
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -21,6 +22,7 @@ from proxemetry.errors import AssumedFocalWarning
 from proxemetry.people import People
 from proxemetry.people.skeleton import COCO_17
 from proxemetry.photo import Photo
+from proxemetry.photo.metadata import Metadata
 from synthetic.line_scenes import exact_scene
 
 WIDTH, HEIGHT = 640, 480
@@ -49,6 +51,21 @@ def equivalent_mm(f_px: float) -> float:
 
 def test_quantiles_are_those_of_the_docs() -> None:
     assert [round(quantile_mm(share)) for share in (0.05, 0.25, 0.5, 0.75, 0.95)] == [19, 27, 37, 54, 101]
+
+
+def test_what_the_file_states_and_is_unusable_stays_named_beside_the_assumption() -> None:
+    metadata = Metadata(remarks=("35 mm equivalent 8 in the metadata is unusable",))
+    estimate = choose_camera(replace(blank(), metadata=metadata), NOBODY, FocalRequest(), None, None)
+    assert [(flag.doubt, flag.text) for flag in estimate.flags if flag.doubt is not Doubt.ASSUMED] == [
+        (Doubt.METADATA, metadata.remarks[0])
+    ]
+
+
+def test_a_suspected_panorama_is_assumed_and_nothing_denies_it() -> None:
+    strip = Photo.from_array(np.zeros((200, 1000, 3), np.uint8))
+    estimate = choose_camera(strip, NOBODY, FocalRequest(), None, None)
+    assert estimate.is_assumed
+    assert "no focal length in the photo, which may be a panorama" in [t.words for t in estimate.testimony]
 
 
 def test_nothing_told_is_assumed_as_wide_as_published_photos_are() -> None:

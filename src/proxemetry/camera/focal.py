@@ -199,7 +199,7 @@ def _what_is_missing(photo: Photo, stated_mm: float | None) -> str:
             f"focal length {focal_mm:g} mm, but the sensor size of {camera} is unknown; "
             "state it with --sensor-mm WxH or --camera-table"
         )
-    strip = ", which may be a panorama, so that none is assumed" if _on_perspective(photo) else ""
+    strip = ", which may be a panorama" if _on_perspective(photo) else ""
     return (
         f"no focal length in the photo{strip}; state one with --focal-35mm, --focal-mm and --sensor-mm, --focal-px or "
         "--camera-table, or assume one with --assume-fov"

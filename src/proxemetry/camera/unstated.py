@@ -107,7 +107,9 @@ def without_statement(
     camera = replace(camera, principal_sd_px=frame.principal_sd_px)
     if frame.principal_px is not None:
         camera = replace(camera, cx=frame.principal_px[0], cy=frame.principal_px[1])
-    kept = (*flags_beside_focal(estimate.flags), *(f for f in estimate.flags if f.doubt is Doubt.CONTRADICTED))
+    # Why the file's own answer is not used stays with what is used instead.
+    why_not = (f for f in estimate.flags if f.doubt in (Doubt.CONTRADICTED, Doubt.METADATA))
+    kept = (*flags_beside_focal(estimate.flags), *why_not)
     return CameraEstimate(
         camera, (chosen, *candidates), (*kept, Flag(doubt, text)), mount=estimate.mount, why=why, testimony=heard
     )

@@ -87,7 +87,7 @@ def run(args: argparse.Namespace) -> int:
         print(listing.passed_over)
     if len(decoded) < len(listing.names):
         print(f"{len(decoded)} pictures, spread over all, were decoded; without --no-lines all are")
-    print(f"{len(listing.names)} photos: {tally}")
+    print(f"{len(listing.names)} photo{'' if len(listing.names) == 1 else 's'}: {tally}")
     if tally.failed == len(listing.names):
         print("proxemetry: none of the photos can be read; see the lines above", file=sys.stderr)
         return NOTHING_DONE

@@ -18,8 +18,9 @@ from ..distances import UNCERTAIN, ZONES
 from ..photo import Photo
 from ..scene import Scene
 from .fonts import drawable, known_letters
+from .geometry import known_horizon_px
 from .pair_selection import footnote, headline, pairs_shown
-from .photo_panel import draw_photo
+from .photo_panel import draw_photo, horizon_style
 from .plan_panel import draw_plan
 from .zone_colours import ZONE_COLOURS
 
@@ -66,7 +67,10 @@ def overlay_figure(scene: Scene, photo: Photo | None, faces: str, all_pairs: boo
         sizes = [(wide, wide / aspect), (7.5, deep)]  # people stand in a strip as deep as it is wide
         width, height = wide, wide / aspect + 0.35 + deep
         spots = [(0.0, deep + 0.35), (0.45, 0.0)]
-    figure, panels = sheet(scene, footnote(scene, shown), width, height, spots, sizes)
+    handles = _legend_handles()
+    if known_horizon_px(scene) is not None:
+        handles.append(Line2D([], [], label="horizon", **horizon_style()))
+    figure, panels = sheet(scene, footnote(scene, shown), width, height, spots, sizes, handles)
     pixels = None if photo is None else photo.pixels(_LONG_SIDE_PX)
     draw_photo(panels[0], scene, pixels, shown, faces == "blur")
     draw_plan(panels[1], scene, shown)

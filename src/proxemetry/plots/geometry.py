@@ -14,6 +14,7 @@ from ..distances import ground_frame
 from ..draws import log_sd
 from ..intervals import CHI2_2D
 from ..people import People
+from ..scene import Scene
 
 
 def anchors_px(people: People) -> FloatArray:
@@ -88,6 +89,19 @@ def horizon_px(camera: Camera, pitch_rad: float, roll_rad: float) -> FloatArray:
     u = np.array([0.0, float(camera.width)])
     x = (u - camera.cx) / camera.fx
     return np.column_stack([u, camera.cy - camera.fy * (down[0] * x + down[2]) / down[1]])
+
+
+def known_horizon_px(scene: Scene) -> FloatArray | None:
+    """Return the horizon's two ends, where pitch and roll are known independently of the people: stated, or by lines.
+
+    None where they are not, or where the horizon lies outside the photo.
+    """
+    camera, mount = scene.camera.camera, scene.camera.mount
+    if camera is None or mount is None or not np.isfinite([mount.pitch_rad, mount.roll_rad]).all():
+        return None
+    ends = horizon_px(camera, mount.pitch_rad, mount.roll_rad)
+    inside = ends[:, 1].max() >= 0 and ends[:, 1].min() <= camera.height  # False of NaN
+    return ends if inside else None
 
 
 def camera_as_fitted(camera: Camera, bodies: Bodies) -> Camera:

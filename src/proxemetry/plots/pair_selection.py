@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from ..camera.sensors import equivalent_mm
 from ..distances import UNCERTAIN, Distances
 from ..intervals import HALF_WIDTH_SD
 from ..people.doubts import in_words
@@ -25,6 +26,8 @@ _ALL_PAIRS_UP_TO = 3
 _NARROW_M = 0.2
 #: A focal length's interval, whose spread is one of logarithms, is written as "± so many per cent" up to this.
 _ONE_SPREAD = 0.25
+#: From here on a 35 mm equivalent is written in whole millimetres, as lenses are engraved.
+_WHOLE_MM = 10.0
 
 
 def colour_of(person: int) -> str:
@@ -117,12 +120,24 @@ def camera_text(scene: Scene) -> str:
     camera = scene.camera.camera
     if camera is None:
         return "focal length unknown"
-    spread = HALF_WIDTH_SD * camera.focal_rel_sd
+    focal = focal_text(camera.f_px, camera.focal_rel_sd, math.hypot(camera.width, camera.height))
+    return f"focal length {focal} ({camera.source})"
+
+
+def focal_text(f_px: float, rel_sd: float, diagonal_px: float) -> str:
+    """Return a focal length in pixels as the 35 mm equivalent with its 90 % interval, and in pixels."""
+    middle_mm = equivalent_mm(f_px, diagonal_px)
+    spread = HALF_WIDTH_SD * rel_sd
     if spread > _ONE_SPREAD:
-        low, high = (camera.f_px * math.exp(sign * spread) for sign in (-1, 1))
-        return f"focal length {camera.f_px:.0f} px [{low:.0f}, {high:.0f}] ({camera.source})"
-    percent = f"{100 * spread:.0f}" if spread >= 0.1 else f"{100 * spread:.2g}"
-    return f"focal length {camera.f_px:.0f} px ± {percent} % ({camera.source})"
+        low, high = (_mm_text(middle_mm * math.exp(sign * spread)) for sign in (-1, 1))
+        interval = f"[{low}, {high}]"
+    else:
+        interval = f"± {100 * spread:.0f} %" if spread >= 0.1 else f"± {100 * spread:.2g} %"
+    return f"{_mm_text(middle_mm)} mm equivalent {interval}, {f_px:.0f} px"
+
+
+def _mm_text(millimetres: float) -> str:
+    return f"{millimetres:.0f}" if millimetres >= _WHOLE_MM else f"{millimetres:.1f}"
 
 
 def number_text(scene: Scene, person: int) -> str:

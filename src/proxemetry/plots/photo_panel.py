@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
 from matplotlib.patheffects import Normal, Stroke
 
 from ..arrays import FloatArray
@@ -12,7 +15,7 @@ from ..photo import RGBArray
 from ..scene import Scene
 from .cased_lines import DASHED, DOTTED, Casing, Line, draw_cased, pair_lines
 from .faces import heads_px, pixelated
-from .geometry import anchors_px, horizon_px
+from .geometry import anchors_px, known_horizon_px
 from .lettering import badge_radius_pt, draw_badges, draw_pair_labels, to_points
 from .pair_selection import UNPLACED_COLOUR, Dashes, colour_of, line_colours, number_text, pair_text
 from .picture import draw_picture
@@ -51,12 +54,16 @@ def draw_photo(
 
 def _draw_horizon(axes: Axes, scene: Scene) -> None:
     """Draw the horizon where pitch and roll are known independently of the people: stated, or by straight lines."""
-    camera, mount = scene.camera.camera, scene.camera.mount
-    if camera is None or mount is None or not np.isfinite([mount.pitch_rad, mount.roll_rad]).all():
+    ends = known_horizon_px(scene)
+    if ends is None:
         return
-    ends = horizon_px(camera, mount.pitch_rad, mount.roll_rad)
+    axes.add_line(Line2D(*ends.T, zorder=1.5, **horizon_style()))
+
+
+def horizon_style() -> dict[str, Any]:
+    """Return how the horizon is drawn, in the photo and in the legend: white with a dark casing."""
     casing = [Stroke(linewidth=2.2, foreground="#000000", alpha=0.4), Normal()]
-    axes.plot(*ends.T, color="#FFFFFF", linewidth=0.9, linestyle=(0.0, (6.0, 4.0)), zorder=1.5, path_effects=casing)
+    return {"color": "#FFFFFF", "linewidth": 0.9, "linestyle": (0.0, (6.0, 4.0)), "path_effects": casing}
 
 
 def badge_colour(scene: Scene, person: int) -> str:

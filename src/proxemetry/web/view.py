@@ -14,11 +14,10 @@ from ..archive.store.index import PhotoCard
 from ..arrays import FloatArray
 from ..camera import Camera
 from ..distances import UNCERTAIN
-from ..intervals import HALF_WIDTH_SD
 from ..people.doubts import in_words
 from ..plots.faces import heads_px
 from ..plots.geometry import anchors_px, camera_as_fitted, field_of_view, ground_positions, ground_regions
-from ..plots.pair_selection import UNPLACED_COLOUR, camera_text, colour_of, pairs_shown, text_on
+from ..plots.pair_selection import UNPLACED_COLOUR, camera_text, colour_of, focal_text, pairs_shown, text_on
 from ..plots.zone_colours import ZONE_COLOURS
 from ..scene import Scene
 
@@ -82,6 +81,7 @@ def _view(scene: Scene, camera: Camera) -> list[list[float | None] | None]:
 
 def _camera(scene: Scene) -> dict[str, Any]:
     camera, floor = scene.camera.camera, scene.bodies.floor
+    diagonal_px = math.hypot(scene.width_px, scene.height_px)
     return {
         "known": camera is not None,
         "text": camera_text(scene),
@@ -91,8 +91,7 @@ def _camera(scene: Scene) -> dict[str, Any]:
         "flags": [str(flag) for flag in scene.camera.flags],
         "candidates": [
             {
-                "focal_px": number(c.focal_px, 1),
-                "spread_pct": number(100 * HALF_WIDTH_SD * c.rel_sd, 1),
+                "text": focal_text(c.focal_px, c.rel_sd, diagonal_px),
                 "source": str(c.source),
             }
             for c in scene.camera.candidates

@@ -132,8 +132,7 @@ export class Panel {
       html("dl", {}, facts.filter(([, v]) => v).flatMap(([k, v]) => [html("dt", { text: k }), html("dd", { text: v })])),
       camera.flags.length > 0 && html("div", {}, html("strong", { text: "Doubtful" }), html("ul", {}, camera.flags.map((text) => html("li", { text })))),
       camera.candidates.length > 0 && html("table", {}, html("caption", { class: "hint", text: "Evidence on the focal length, with 90 % intervals" }),
-        html("tbody", {}, camera.candidates.map((c) => html("tr", {}, html("td", { class: "num", text: `${c.focal_px} px` }),
-          html("td", { class: "num", text: `± ${c.spread_pct} %` }), html("td", { text: c.source }))))),
+        html("tbody", {}, camera.candidates.map((c) => html("tr", {}, html("td", { text: c.text }), html("td", { text: c.source }))))),
       html("p", {}, html("button", { type: "button", onclick: () => this.on.focal() }, "Set the focal length ", html("kbd", { text: "F" })), " ",
         html("button", { type: "button", id: "calibrate", onclick: () => this.on.calibrate() }, "Find the camera's place ", html("kbd", { text: "C" }))));
   }
