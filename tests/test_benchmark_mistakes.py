@@ -49,10 +49,19 @@ def test_swapped_sides_are_told_and_a_resized_picture_is_none(tmp_path, capsys):
     assert not _said(tmp_path, capsys, photo(people, width=width, height=height))
 
 
+def test_points_of_a_larger_picture_than_is_stated_are_told(tmp_path, capsys):
+    people = [person(k) for k in range(3)]
+    label = next(iter(triangle(tmp_path)))
+    quarter = {"width": label.width // 4, "height": label.height // 4}
+    assert "most points of 1 predictions lie outside" in _said(tmp_path, capsys, photo(people, **quarter))
+    assert _scored(tmp_path, photo(people)).n_outside == 0  # of the photo's own size
+    assert _scored(tmp_path, photo([])).n_outside == 0
+
+
 def test_a_labelled_photo_without_an_answer_is_counted(tmp_path):
     people = [person(k) for k in range(3)]
     one = _scored(tmp_path, photo(people))
-    assert one.n_unanswered == 1 and ", 1 photos without an answer" in one.caption
+    assert one.n_unanswered == 1 and ", 1 photo without an answer" in one.caption
     both = _scored(tmp_path, photo(people), photo([], "b.jpg"))  # that nobody is there is an answer
     assert both.n_unanswered == 0 and "without an answer" not in both.caption
 

@@ -321,7 +321,7 @@ def test_photos_are_found_however_their_path_is_spelled(tmp_path: Path) -> None:
         answers(tmp_path, photo(people), photo(people))
     extra = score(labels, answers(tmp_path, photo(people), photo(people, "other.jpg")))
     assert extra.n_extra == 1
-    assert "1 answered photos without labels ignored" in extra.caption
+    assert "1 answered photo without labels ignored" in extra.caption
     with pytest.raises(LabelsError, match=r"none of its 1 photos is labelled: it names other\.jpg"):
         score(labels, answers(tmp_path, photo(people, "other.jpg")))
     assert score(labels, answers(tmp_path)).overall.n_pairs == 0  # an empty answer is an answer
@@ -331,8 +331,10 @@ def test_photos_are_found_however_their_path_is_spelled(tmp_path: Path) -> None:
     ("content", "message"),
     [
         ("[", "not a JSON"),
-        ('{"photos": []}', "'images' must be a list"),
-        ('{"images": [{"people": []}]}', "image 0: 'filename' must be a str"),
+        ('{"photos": []}', "'images' is missing"),
+        ('{"images": {}}', "'images' must be a list"),
+        ('{"images": [{"people": []}]}', "image 0: 'filename' is missing"),
+        ('{"images": [{"filename": 3}]}', "image 0: 'filename' must be text, not 3"),
         (
             '{"images": [{"filename": "a", "people": [{"points": {"Nose": [1, 2]}}]}]}',
             "person 0: part 'Nose' is unknown",

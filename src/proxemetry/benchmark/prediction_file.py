@@ -29,6 +29,8 @@ _IMAGE_KEYS = ("filename", "width", "height", "people", "distances_mm", "interva
 _PERSON_KEYS = ("position_mm", "points")
 #: From here on two keys are taken for one and its slip of the pen: position_m, Position_mm, distance_mm, interval_mm.
 _ALIKE = 0.85
+#: What JSON calls the kinds of values that are read.
+_KINDS = {list: "a list", str: "text", dict: "an object"}
 #: Ten times the distance of the sun: what lies beyond is no length, and overflows.
 _LONGEST_MM = 1e15
 
@@ -95,8 +97,10 @@ def _field(content: Any, key: str, kind: type, where: str, default: Any = None) 
         raise LabelsError(f"{where}: an object with {key!r} is expected")
     value = cast("Mapping[str, Any]", content).get(key)
     value = default if value is None else value
+    if value is None:
+        raise LabelsError(f"{where}: {key!r} is missing")
     if not isinstance(value, kind):
-        raise LabelsError(f"{where}: {key!r} must be a {kind.__name__}, not {json.dumps(value)[:40]}")
+        raise LabelsError(f"{where}: {key!r} must be {_KINDS[kind]}, not {json.dumps(value)[:40]}")
     return value
 
 

@@ -11,6 +11,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from ..errors import LabelsError, SettingsError
 from ..files import cell_of
 from . import seker2021, v1
@@ -55,7 +57,8 @@ class Score:
     """What a method scores on a set of labels under a protocol.
 
     n_extra: answered photos that have no labels. n_unanswered: labelled photos that have no answer. n_misshapen:
-    answers for a picture of another shape than the labelled one, so that points lie elsewhere in it.
+    answers for a picture of another shape than the labelled one, so that points lie elsewhere in it. n_outside: answers
+    with most of their points outside the picture that they are for.
     """
 
     protocol: str
@@ -67,16 +70,18 @@ class Score:
     n_extra: int = 0
     n_unanswered: int = 0
     n_misshapen: int = 0
+    n_outside: int = 0
 
     @property
     def caption(self) -> str:
         """The heading of every table of this score, so that no number goes without its protocol."""
         o = self.overall
-        extra = f", {self.n_unanswered} photos without an answer" if self.n_unanswered else ""
-        extra += f", {self.n_extra} answered photos without labels ignored" if self.n_extra else ""
+        extra = f", {_photos(self.n_unanswered)} without an answer" if self.n_unanswered else ""
+        extra += f", {_photos(self.n_extra, 'answered ')} without labels ignored" if self.n_extra else ""
         return (
-            f"protocol {self.protocol} ({PROTOCOLS[self.protocol].about}); labels {self.labels}; {o.n_images} photos, "
-            f"{o.n_pairs} of {o.n_annotated_pairs} pairs, {o.n_unscored} photos unscored{extra}"
+            f"protocol {self.protocol} ({PROTOCOLS[self.protocol].about}); labels {self.labels}; "
+            f"{_photos(o.n_images)}, {o.n_pairs} of {o.n_annotated_pairs} pairs, "
+            f"{_photos(o.n_unscored)} unscored{extra}"
         )
 
     def select(self, keep: Callable[[LabelImage], bool]) -> Summary:
@@ -139,6 +144,7 @@ def score(labels: Labels, predictions: Predictions, protocol: str = DEFAULT_PROT
         n_extra,
         sum(answer is None for answer in answers),
         sum(_is_misshapen(image, answer) for image, answer in zip(labels, answers, strict=True)),
+        sum(_is_outside(image, answer) for image, answer in zip(labels, answers, strict=True)),
     )
 
 
@@ -148,6 +154,20 @@ def _is_misshapen(image: LabelImage, answer: Prediction | None) -> bool:
         return False
     expected = answer.width * image.height / image.width
     return abs(answer.height - expected) > 1 + _SAME_SHAPE * expected
+
+
+def _is_outside(image: LabelImage, answer: Prediction | None) -> bool:
+    """Return whether most points lie outside the answer's picture, which then has another size than it states."""
+    if answer is None:
+        return False
+    points = answer.points_px[np.isfinite(answer.points_px).all(axis=-1)]
+    size = np.array([answer.width or image.width, answer.height or image.height])
+    outside = ((points < 0) | (points > size)).any(axis=-1)
+    return 2 * int(outside.sum()) > len(points)
+
+
+def _photos(count: int, which: str = "") -> str:
+    return f"{count} {which}photo{'' if count == 1 else 's'}"
 
 
 def score_files(predictions: str | Path, labels: str | Path, protocol: str = DEFAULT_PROTOCOL) -> Score:

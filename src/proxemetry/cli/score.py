@@ -101,6 +101,11 @@ def _doubts(score: Score) -> Iterator[str]:
             f"the pictures of {score.n_misshapen} predictions have another shape than the labelled ones: are width and "
             "height swapped, or the points of a cropped picture?"
         )
+    if score.n_outside:
+        yield (
+            f"most points of {score.n_outside} predictions lie outside a picture of the width and height given: state "
+            "those of the picture that the points were found in"
+        )
 
 
 def _named(text: str) -> tuple[str, str]:
