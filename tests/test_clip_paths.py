@@ -7,12 +7,13 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.stats import multivariate_normal
 
-from proxemetry.clip.joining import joined
+from proxemetry.clip.joining import _HIDDEN_S, _NEVER, _area_m2, _evidence, _pairs, joined
 from proxemetry.clip.motion import SPEED_SD_M_S, VELOCITY, _place_term, transition
 from proxemetry.clip.sightings import Chain, Sightings
 from proxemetry.clip.smoothing import LASTING_SHARE, noise_scale_of, smooth, surprises
-from proxemetry.clip.tracking import SWAY_SD_M, at_picture_edge, track
+from proxemetry.clip.tracking import SWAY_SD_M, at_picture_edge, sure_score, track
 from proxemetry.overlap import pairwise_iou
 
 STEP = 0.2
@@ -285,3 +286,105 @@ def test_the_spread_of_a_place_is_the_closed_form_where_its_terms_cancel_too(s):
 def test_people_of_a_single_frame_are_as_many_tracks():
     shot = shot_of(walkers(1))
     assert len(joined(track(shot), shot, np.zeros(1))) == 3
+
+
+def seen_at(places, boxes_px, scores=None, frames=30):
+    """People at places (P, 2) who stand still, in boxes (P, 4), frame after frame."""
+    shot = []
+    for k in range(frames):
+        now = Sightings.of_places(k * STEP, np.array(places, float), 0.1)
+        now = replace(now, boxes_px=np.array(boxes_px, float))
+        shot.append(now if scores is None else replace(now, scores=np.array(scores, float)))
+    return shot
+
+
+def test_one_person_in_two_boxes_is_one_track_and_two_who_hide_each_other_are_two():
+    """Two detections of one person share most of their boxes and stand at one place; a couple shares one of the two."""
+    box, nearly, aside = [100, 50, 200, 350], [105, 55, 205, 355], [170, 50, 270, 350]
+    sure = [0.9, 0.9, 0.4]  # the third is matched last, when the others have been
+    there, beside = (0.0, 8.0), (3.0, 8.0)
+    assert len(track(seen_at([there, beside, (0.2, 8.1)], [box, aside, nearly], sure))) == 2
+    # far apart on the floor, or in other boxes, it is somebody else, but for the score that makes nobody sure of them
+    for place, other in (((0.9, 8.1), nearly), ((0.2, 8.1), aside)):
+        shot = seen_at([there, beside, place], [box, [300, 50, 400, 350], other], [0.9, 0.9, 0.6])
+        assert len(track(shot)) == 3
+
+
+def test_a_person_found_twice_all_at_once_begins_no_second_track():
+    """The second box appears amid the clip, beside others: sharing a box with one of them is enough."""
+    shot = seen_at([(0.0, 8.0), (3.0, 8.0)], [[100, 50, 200, 350], [400, 50, 500, 350]])
+    for k in range(10, 20):
+        twice = Sightings.of_places(k * STEP, np.array([(0.0, 8.0), (3.0, 8.0), (0.15, 8.1)]), 0.1)
+        boxes = np.array([[100, 50, 200, 350], [400, 50, 500, 350], [104, 52, 204, 352]], float)
+        shot[k] = replace(twice, boxes_px=boxes)
+    assert [len(c) for c in track(shot)] == [30, 30]
+
+
+@pytest.mark.parametrize(("u", "away", "people"), [(500, 5, 1), (5, 5, 2), (995, 5, 2), (5, 1, 1)])
+def test_who_was_last_seen_at_the_pictures_edge_has_left_it_sooner(u, away, people):
+    """Away for a second: amid the picture it is one person; at its edge another has come in, unless it is quick."""
+    shot = seen_at([(0.0, 8.0)], [[u - 30, 50, u + 30, 350]])
+    nobody = Sightings.of_places(0.0, np.zeros((0, 2)), 0.1)
+    for k in range(10, 10 + away):
+        shot[k] = replace(nobody, t_s=k * STEP)
+    assert len(track(shot, width_px=1000.0)) == people
+    assert len(track(shot)) == 1  # without a picture there is no edge
+
+
+def test_a_back_end_that_is_never_sure_is_measured_by_its_own_scores():
+    places = np.zeros((2, 2))
+    assert sure_score([]) == 0.5
+    assert sure_score(seen_at(places, np.zeros((2, 4)), [0.9, 0.8])) == 0.5
+    assert sure_score(seen_at(places, np.zeros((2, 4)), [0.4, 0.4])) == pytest.approx(0.3)
+
+
+@given(st.integers(0, 10**6), st.floats(0.2, 5.0))
+def test_two_ends_are_weighed_by_the_densities_of_one_person_and_of_a_new_one(seed, gap_s):
+    rng = np.random.default_rng(seed)
+    roots = rng.normal(0, 0.3, (2, 4, 4))
+    spreads = roots @ roots.transpose(0, 2, 1) + 0.01 * np.eye(4)
+    before = np.concatenate([rng.normal(0, 5, 2), rng.normal(0, 1, 2)])
+    forward, kick = transition(gap_s)
+    expected = forward @ spreads[0] @ forward.T + kick + spreads[1]
+    after = forward @ before + np.linalg.cholesky(expected) @ rng.normal(0, 0.5, 4)
+    one = multivariate_normal(forward @ before, expected).logpdf(after) - gap_s / _HIDDEN_S
+    two = multivariate_normal(np.zeros(2), spreads[1][VELOCITY, VELOCITY] + SPEED_SD_M_S**2 * np.eye(2))
+    found = _evidence(before, spreads[0], after, spreads[1], gap_s)
+    assert found == pytest.approx(-2 * (one - two.logpdf(after[VELOCITY])))
+    beyond = forward @ before + np.linalg.cholesky(expected) @ [4.0, 0, 0, 0]  # the gate is 13.28 = 3.64 squared
+    assert _evidence(before, spreads[0], beyond, spreads[1], gap_s) == _NEVER
+
+
+def test_people_who_are_spread_over_a_rectangle_walk_on_its_area():
+    """Of 40 x 30 m, and a metre's standard deviation of room to all sides."""
+    x, y = (v.ravel() for v in np.meshgrid(np.linspace(-20, 20, 201), np.linspace(5, 35, 201)))
+    places = np.stack([x, y], axis=1)[:, None]
+    path = smooth(chain_of([0]), shot_of(places[:1]), np.zeros(1))
+    spread = [replace(path, states=np.concatenate([p, np.zeros((1, 2))], axis=1)) for p in places]
+    assert _area_m2(spread) == pytest.approx(np.sqrt((40**2 + 12) * (30**2 + 12)), rel=0.02)
+
+
+@pytest.mark.parametrize(("appeared", "evidence", "joins"), [(1, 9.1, True), (1, 9.3, False), (4, 6.3, True)])
+def test_chains_join_where_one_person_is_likelier_than_that_somebody_appeared(appeared, evidence, joins):
+    """At one appearance in 100 square metres and seconds the limit is 2 ln 100 = 9.21; at four, 2 ln 25 = 6.44."""
+    apart = np.full((2, 2), _NEVER)
+    apart[0, 1] = evidence
+    assert _pairs(apart, appeared, 100.0) == ({0: 1} if joins else {})
+
+
+def test_when_a_clips_clock_begins_does_not_matter():
+    walker = walkers(60)[:, :1].copy()
+    walker[20:38] = np.nan
+    times = 1000.0 + np.arange(60) * STEP
+    shot = shot_of(walker, times=times)
+    (whole,) = joined(track(shot), shot, times)
+    assert len(whole) == 42
+    door = np.full((60, 24, 2), np.nan)
+    for k in range(24):
+        door[2 + 2 * k : 8 + 2 * k, k] = [(-8.0 - 1.5 * (k % 3), 1.2 * STEP * step) for step in range(6)]
+    crowd = np.concatenate([walker, door], axis=1)
+    lengths = []
+    for begins in (0.0, 1e5):
+        now = begins + np.arange(60) * STEP
+        lengths.append([len(c) for c in joined(track(shot_of(crowd, times=now)), shot_of(crowd, times=now), now)])
+    assert lengths[0] == lengths[1]
