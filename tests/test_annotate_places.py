@@ -40,6 +40,40 @@ def solved(places: Places, a: str, b: str) -> float:
 # Closed forms
 
 
+def test_a_measurements_rows_are_those_of_its_residuals():
+    """Two tapes and three coordinates: rows 0 and 1, then two for each coordinate."""
+    tapes = (Tape("P0", "P1", 2.0, 0.01), Tape("P1", "P2", 2.0, 0.02))
+    spots = tuple(Spot(tag, *SQUARE[tag]) for tag in ("P0", "P2", "P3"))
+    network = Network(tuple(SQUARE), tapes, spots)
+    assert [network.rows(m) for m in network.measurements] == [[0], [1], [2, 3], [4, 5], [6, 7]]
+    off = np.array(list(SQUARE.values()), float)
+    off[3] += (0.3, -0.2)  # the mark of the third coordinate alone
+    residuals = network.residuals(off.ravel())
+    assert residuals[[6, 7]] * network._spot_sd[2] == pytest.approx([-0.3, 0.2])
+    assert np.delete(residuals, [6, 7]) == pytest.approx(0, abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("pairs", "ways"), [([(0, 1), (1, 2), (2, 3), (3, 0)], 4), ([*itertools.combinations(range(4), 2)], 3)]
+)
+def test_what_may_move_is_a_shift_a_turn_and_what_no_tape_holds(pairs, ways):
+    """Four bars have a bend besides; with both diagonals they have none. Nothing changes at first order."""
+    tags = tuple(SQUARE)
+    network = Network(tags, tuple(taped(SQUARE, [(tags[a], tags[b]) for a, b in pairs])), ())
+    at = np.array(list(SQUARE.values()), float)
+    directions = network.null_directions(at)
+    assert directions.shape == (ways, 4, 2)
+    for direction in directions:
+        assert network.residuals((at + 1e-6 * direction).ravel()) == pytest.approx(0, abs=1e-6)
+    assert Network(tags, network.tapes, (Spot("P0", 0, 0), Spot("P1", 2, 0))).null_directions(at).shape[0] == ways - 3
+
+
+def test_a_layout_begins_on_the_coordinates():
+    spots = tuple(Spot(tag, x + 20, 7 - y) for tag, (x, y) in SQUARE.items() if tag != "P3")
+    network = Network(tuple(SQUARE), tuple(taped(SQUARE)), spots)
+    assert network.start() == pytest.approx(np.array([(x + 20, 7 - y) for x, y in SQUARE.values()]), abs=1e-6)
+
+
 def test_a_right_triangle_closes():
     found = solve([], [Tape("P0", "P1", 3), Tape("P0", "P2", 5)], [Spot("P1", 0, 0), Spot("P2", 0, 4)])
     assert found.by_tag["P0"] == pytest.approx((3, 0), abs=1e-6) or found.by_tag["P0"] == pytest.approx(

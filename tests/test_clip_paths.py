@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from scipy.stats import multivariate_normal
 
 from proxemetry.clip.joining import _HIDDEN_S, _NEVER, _area_m2, _evidence, _pairs, joined
-from proxemetry.clip.motion import SPEED_SD_M_S, VELOCITY, _place_term, transition
+from proxemetry.clip.motion import SPEED_SD_M_S, VELOCITY, _place_term, first_state, transition
 from proxemetry.clip.sightings import Chain, Sightings
 from proxemetry.clip.smoothing import LASTING_SHARE, noise_scale_of, smooth, surprises
 from proxemetry.clip.tracking import SWAY_SD_M, at_picture_edge, sure_score, track
@@ -51,6 +51,16 @@ def test_speeds_stay_as_they_are_on_average(seconds):
     still = np.zeros((4, 4))
     still[VELOCITY, VELOCITY] = SPEED_SD_M_S**2 * np.eye(2)
     assert np.allclose((f @ still @ f.T + q)[VELOCITY, VELOCITY], still[VELOCITY, VELOCITY])
+
+
+def test_of_who_is_seen_first_the_place_is_known_and_no_speed():
+    noise = np.array([[0.04, 0.01], [0.01, 0.09]])
+    state, covariance = first_state(np.array([[1.0, 2.0], [3.0, 4.0]]), np.stack([noise, 2 * noise]))
+    assert state.tolist() == [[1, 2, 0, 0], [3, 4, 0, 0]]
+    for k in range(2):
+        zero = np.zeros((2, 2))
+        expected = np.block([[(k + 1) * noise, zero], [zero, SPEED_SD_M_S**2 * np.eye(2)]])
+        assert covariance[k] == pytest.approx(expected)
 
 
 def test_one_sighting_is_its_own_path():

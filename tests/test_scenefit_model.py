@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from proxemetry.locate.scenefit.body_model import body_model
+from proxemetry.anthropometry import moments, populations
+from proxemetry.locate.scenefit.body_model import _TYPICAL, body_model
 from proxemetry.locate.scenefit.body_tables import LATENTS, POSTURES, SHOE_M
 from proxemetry.locate.scenefit.projection import (
     DEPTH,
@@ -134,3 +135,57 @@ def test_blazeposes_joints_below_the_trunk_lie_higher(joint, higher):
         return model.rest[0, list(model.columns).index(skeleton.index(f"left_{joint}")), 2]
 
     assert height(BLAZEPOSE_33) - height(HALPE_26) == pytest.approx(higher)
+
+
+@pytest.mark.parametrize(
+    ("latent", "joint", "moved"),
+    [  # forward, left and up, in statures (or in heights above the torso's middle, for what leans) a unit
+        ("head_forward", "nose", (1, 0, 0)), ("head_down", "nose", (0, 0, -1)), ("head_forward", "left_hip", (0, 0, 0)),
+        ("slump", "left_shoulder", (0, 0, -0.5)), ("slump", "left_hip", (0, 0, 0.5)),
+        ("crouch", "left_ankle", (0, 0, 1)), ("crouch", "left_knee", (1.2, 0, 0.5)),
+        ("left_foot_forward", "left_ankle", (1, 0, 0)), ("left_foot_forward", "left_knee", (0.5, 0, 0)),
+        ("left_foot_forward", "right_ankle", (0, 0, 0)), ("left_foot_out", "left_ankle", (0, 1, 0)),
+        ("left_foot_out", "left_knee", (0, 0.5, 0)), ("right_foot_out", "right_ankle", (0, -1, 0)),
+        ("right_foot_up", "right_ankle", (0, 0, 1)), ("right_foot_up", "right_knee", (0, 0, 0.5)),
+    ],
+)  # fmt: skip
+def test_a_latent_moves_what_its_name_says(latent, joint, moved):
+    model = body_model(COCO_17)
+    k = list(model.columns).index(COCO_17.index(joint))
+    assert model.latent[0, k, :, LATENTS.index(latent)] == pytest.approx(moved)
+
+
+@pytest.mark.parametrize("joint", ["nose", "left_shoulder", "left_hip"])
+def test_who_leans_leans_about_the_torsos_middle_and_nods_about_the_ears(joint):
+    model, in_statures = body_model(COCO_17), np.array(LENGTHS_M) / LENGTHS_M[0]
+    k = list(model.columns).index(COCO_17.index(joint))
+    forward, _, up = (model.body[0, k] @ in_statures).tolist()
+    moved = model.latent[0, k]
+    assert forward == 0
+    assert moved[:, LATENTS.index("lean_forward")] == pytest.approx((up, 0, 0), rel=0.05)
+    assert moved[:, LATENTS.index("lean_left")] == pytest.approx((0, up, 0), rel=0.05)
+    face = model.head[0, k, 0] @ in_statures  # how far before the ears
+    assert moved[:, LATENTS.index("nod")] == pytest.approx((0, 0, -face), rel=0.1)
+    assert (face > 0) == (joint == "nose")
+
+
+@pytest.mark.parametrize("posture", [p for p in POSTURES if p != "lying"])
+def test_feet_stay_on_the_floor_however_long_a_body_is_and_however_it_bends(posture):
+    """An ankle is the torso's height above the sole below the torso's middle, but for its own height above the sole."""
+    p, model = POSTURES.index(posture), body_model(COCO_17)
+    for side in ("left", "right"):
+        k = list(model.columns).index(COCO_17.index(f"{side}_ankle"))
+        assert model.body[p, k, 2] == pytest.approx(-model.torso[p])
+        above_floor = model.rest[p, k, 2] + model.torso_rest[p]
+        assert 0.02 < above_floor < (0.25 if posture == "riding" else 0.12)  # feet of who rides are on pedals
+        for name in ("crouch", "lean_forward"):
+            d = LATENTS.index(name)
+            assert model.latent[p, k, 2, d] == pytest.approx(-model.torso_latent[p, d])
+        slump = LATENTS.index("slump")
+        assert model.latent[p, k, 2, slump] == pytest.approx(-model.torso_latent[p, slump], abs=0.25)
+
+
+def test_typical_lengths_are_the_populations():
+    mean, _ = moments(populations("adults"))
+    statures = np.exp(mean - mean[0])
+    assert pytest.approx(statures, rel=0.05) == _TYPICAL
