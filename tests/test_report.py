@@ -3,11 +3,13 @@
 import csv
 import os
 import re
+import shutil
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from urllib.parse import unquote
 
+import duckdb
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -17,12 +19,15 @@ from proxemetry.archive.figures.overlays import draw
 from proxemetry.archive.figures.summary import summarise
 from proxemetry.archive.review.corrections import FILE as LOG_FILE
 from proxemetry.archive.review.corrections import Log
+from proxemetry.archive.store.current_tables import current_tables
 from proxemetry.archive.store.results import Results
 from proxemetry.camera.sources import Doubt, Flag
 from proxemetry.cli import main
 from proxemetry.errors import OutputError, SettingsError
 from proxemetry.report import FILE, write_report
-from proxemetry.report.numbers import Numbers, count, ratio_over_photos
+from proxemetry.report import numbers as numbers_module
+from proxemetry.report.distance_figures import ratio_over_photos
+from proxemetry.report.numbers import Numbers, count
 from proxemetry.scene import Scene
 from synthetic.drawn import people_at
 from synthetic.reviewing import CAMERA, PHOTOS, draw_photo, make_results, scene_of, write_results
@@ -64,6 +69,40 @@ def test_doubts_that_begin_with_a_photos_size_are_counted_together(tmp_path: Pat
         scenes.append(replace(scene, camera=replace(scene.camera, flags=(doubt,))))
     results = write_results(tmp_path / "results", folder, scenes)
     assert count(results.folder, "folder", 1, 1).flags == [("perhaps a panorama", 2), ("a fisheye of 8 mm", 1)]
+
+
+def test_what_a_list_leaves_out_is_counted_on_its_last_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    names = [f"{k}/{number}.jpg" for k in range(4) for number in range(k + 1)]
+    scenes = [Scene.failed(name, f"reason {min(k, 7)}") for k, name in enumerate(sorted(names))]
+    monkeypatch.setattr(numbers_module, "_LINES", 5)
+    monkeypatch.setattr(numbers_module, "_GROUPS", 2)
+    for name in names:
+        draw_photo(tmp_path / "photos" / name, people_at([], CAMERA))
+    results = write_results(tmp_path / "results", tmp_path / "photos", scenes)
+    found = count(results.folder, "folder", 1, 1)
+    assert found.refusals == [("reason 7", 3), *((f"reason {k}", 1) for k in range(4)), ("3 others", 3)]
+    assert [(group.name, group.photos) for group in found.groups] == [("3", 4), ("2", 3)]
+    page = write_report(results.folder.location).path.read_text()
+    assert "The 2 with the most photos; there are 2 more." in page
+
+
+def test_doubts_of_each_kind_are_counted_whatever_they_occur_with(tmp_path: Path) -> None:
+    results = make_results(tmp_path)
+    with current_tables(results) as tables:
+        path = tables.folder.path("people.parquet")
+    columns = duckdb.execute(f"SELECT * FROM '{path}'").fetchall()
+    kinds = ["none", "other_class", "other_class+in_picture", "in_picture", "of a later version"]
+    cases = " ".join(f"WHEN row = {k} THEN '{kinds[k % 5]}'" for k in range(len(columns)))
+    duckdb.execute(
+        f"COPY (SELECT * EXCLUDE (row) REPLACE (CASE {cases} END AS doubt) FROM "
+        f"(SELECT *, row_number() OVER () - 1 AS row FROM '{path}')) TO '{tmp_path / 'p.parquet'}' (FORMAT parquet)"
+    )
+    shutil.copy(tmp_path / "p.parquet", path)
+    n = [sum(kinds[k % 5] == kind for k in range(len(columns))) for kind in kinds]
+    assert dict(count(results.folder, "folder", 1, 1).doubts) == {
+        "may be another kind of thing": n[1] + n[2], "may be on a screen or in a picture": n[2] + n[3],
+        "of a later version": n[4],
+    }  # fmt: skip
 
 
 def test_nearest_others_are_each_persons_smallest_distance(results: Results, numbers: Numbers) -> None:

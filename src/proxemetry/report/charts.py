@@ -9,7 +9,7 @@ from html import escape
 from ..distances import UNCERTAIN, ZONE_LIMITS_M, ZONES, zone_of
 from ..plots.pair_selection import text_on
 from ..plots.zone_colours import ZONE_COLOURS
-from .numbers import EDGES_M, Distances, Share
+from .distance_figures import EDGES_M, Distances, Share
 
 #: The picture's size and its margins, and the tick marks of the logarithmic axis, metres.
 _WIDTH, _HEIGHT, _LEFT, _RIGHT, _TOP, _BOTTOM = 720, 250, 58, 14, 30, 40

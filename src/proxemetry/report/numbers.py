@@ -2,57 +2,26 @@
 
 from __future__ import annotations
 
-import itertools
-import math
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
-
-import numpy as np
 
 from ..archive.figures.focal_bases import focal_bases
 from ..archive.figures.grouping import UNKNOWN, sql_of
 from ..archive.figures.restriction import counted
-from ..archive.figures.sampling import median_levels, share_interval
 from ..archive.figures.shoots import shoots_in_words
 from ..archive.figures.summary import Share
 from ..archive.store.duck import attached, quoted
 from ..archive.store.folder import Folder
 from ..archive.store.queries import with_columns
-from ..arrays import FloatArray, nan_if_none
+from ..arrays import nan_if_none
 from ..camera import FocalBasis
-from ..distances import ZONE_LIMITS_M, ZONES
+from ..distances import ZONES
 from ..people.attributes import PairsWhere
 from ..people.doubts import PersonDoubt
 from ..tables import DOUBT, NO_DOUBT, TABLES, reasons_in
-
-#: Histogram: edges in metres, each about a quarter above the one before, so that Hall's limits are among them; what
-#: lies before the first or beyond the last is a bar of its own.
-EDGES_M = (
-    *(round(ZONE_LIMITS_M[0] * 1.3**k, 3) for k in range(-5, 0)),
-    *(round(low * (high / low) ** (k / 4), 3) for low, high in itertools.pairwise(ZONE_LIMITS_M) for k in range(4)),
-    *(round(ZONE_LIMITS_M[-1] * 1.3**k, 3) for k in range(10)),
-)
-
-
-@dataclass(frozen=True)
-class Distances:
-    """Distances of one kind in some photos.
-
-    n: how many. median_m with low_m, high_m: its central 90 % interval over photos. quartiles_m: lower and upper.
-    zones: for each of Hall's zones the share of the distances, each counted by its probability of lying there.
-    counts: the histogram, one more than `EDGES_M`.
-    """
-
-    n: int
-    n_photos: int
-    median_m: float
-    low_m: float
-    high_m: float
-    quartiles_m: tuple[float, float]
-    zones: tuple[Share, ...]
-    counts: tuple[int, ...]
+from .distance_figures import Distances, distances_in
 
 
 @dataclass(frozen=True)
@@ -82,7 +51,10 @@ class Pair:
 
 @dataclass(frozen=True)
 class Numbers:
-    """Everything that a report counts. Each count is a list of (what, how many), the most frequent first."""
+    """Everything that a report counts. Each count is a list of (what, how many), the most frequent first.
+
+    groups: those with the most photos, of n_groups.
+    """
 
     photos: int
     people: int
@@ -96,10 +68,11 @@ class Numbers:
     focal_sources: list[tuple[str, int]]
     shoots: list[str]
     flags: list[tuple[str, int]]
-    doubts: list[tuple[PersonDoubt, int]]
+    doubts: list[tuple[str, int]]
     on_ground: float
     nearest: Distances
     every: Distances
+    n_groups: int
     groups: list[Group]
     nearest_pairs: list[Pair]
     uncertain_pairs: list[Pair]
@@ -150,8 +123,9 @@ def count(folder: Folder, group_by: str, n_sample: int, n_listed: int, where: Pa
         ),
         doubts=_doubts(duck),
         on_ground=float(on_ground),
-        nearest=_distances(duck, "report_nearest"),
-        every=_distances(duck, "(SELECT * FROM report_pairs WHERE distance_m NOTNULL)"),
+        nearest=distances_in(duck, "report_nearest"),
+        every=distances_in(duck, "(SELECT * FROM report_pairs WHERE distance_m NOTNULL)"),
+        n_groups=int(one("SELECT count(DISTINCT name) FROM report_groups")[0]),
         groups=_groups(duck),
         nearest_pairs=_listed(duck, "distance_m", n_listed),
         uncertain_pairs=_listed(duck, "(high_m - low_m) / distance_m DESC", n_listed),
@@ -183,20 +157,40 @@ _DOUBT_OF_ANY_SIZE = r"regexp_replace(flag, '^\d+ x \d+: ', '')"
 _SAMPLE = "SELECT photo FROM report_photos WHERE n_pairs > 0 AND status = 'ok' ORDER BY md5(photo) LIMIT $n"
 
 
+#: Lines of a list of counts, and groups; the page has how many more there are.
+_LINES, _GROUPS = 12, 40
+
+
 def _counted(duck: Any, what: str, source: str) -> list[tuple[str, int]]:
+    """Return how often each value occurs, the most frequent first, and all that are not listed as the last."""
     rows = duck.execute(
-        f"SELECT {what} AS what, count(*) AS n FROM {source} GROUP BY what ORDER BY n DESC, what LIMIT 12"
+        "SELECT what, n, count(*) OVER () AS kinds, sum(n) OVER () AS every FROM "
+        f"(SELECT coalesce({what}, '{UNKNOWN}') AS what, count(*) AS n FROM {source} GROUP BY ALL) "
+        f"ORDER BY n DESC, what LIMIT {_LINES}"
     ).fetchall()
-    return [(str(what), int(n)) for what, n in rows]
+    listed = [(str(what), int(n)) for what, n, *_ in rows]
+    if rows and rows[0][2] > len(rows):
+        left = int(rows[0][3]) - sum(n for _, n in listed)
+        listed.append((f"{rows[0][2] - len(rows):,} others", left))
+    return listed
 
 
-def _doubts(duck: Any) -> list[tuple[PersonDoubt, int]]:
+def _doubts(duck: Any) -> list[tuple[str, int]]:
     """Return how many people have each doubt; none of people measured before it was asked."""
     people = with_columns("report_people", TABLES["people"])
     found: Counter[str] = Counter()
-    for text, n in _counted(duck, DOUBT, f"{people} WHERE {DOUBT} <> '{NO_DOUBT}'"):
+    rows = duck.execute(f"SELECT {DOUBT}, count(*) FROM {people} WHERE {DOUBT} <> '{NO_DOUBT}' GROUP BY ALL")
+    for text, n in rows.fetchall():
         found.update(dict.fromkeys(reasons_in(text), n))
-    return [(PersonDoubt(reason), n) for reason, n in found.most_common()]
+    return [(_words_of(reason), n) for reason, n in found.most_common()]
+
+
+def _words_of(reason: str) -> str:
+    """Return a doubt to be read; one that only a later version knows, as the table has it."""
+    try:
+        return PersonDoubt(reason).words
+    except ValueError:
+        return reason
 
 
 def _listed(duck: Any, order: str, count: int) -> list[Pair]:
@@ -220,9 +214,10 @@ def _listed(duck: Any, order: str, count: int) -> list[Pair]:
 
 
 def _groups(duck: Any) -> list[Group]:
+    """Return the groups with the most photos."""
     names = duck.execute(
         "SELECT name, count(*), coalesce(sum(n_people), 0) FROM report_groups JOIN report_photos USING (photo) "
-        "GROUP BY name ORDER BY count(*) DESC, name LIMIT 40"
+        f"GROUP BY name ORDER BY count(*) DESC, name LIMIT {_GROUPS}"
     ).fetchall()
     return [
         Group(str(name), int(photos), int(people), *_group_figures(duck, str(name))) for name, photos, people in names
@@ -233,74 +228,5 @@ def _group_figures(duck: Any, name: str) -> tuple[Distances, tuple[Share, ...]]:
     """Return a group's distances to the nearest others, and the zones of all its pairs."""
     members = f"(SELECT photo FROM report_groups WHERE name = {quoted(name)})"
     pairs = f"(SELECT * FROM report_pairs SEMI JOIN {members} USING (photo) WHERE distance_m NOTNULL)"
-    nearest = _distances(duck, f"(SELECT * FROM report_nearest SEMI JOIN {members} USING (photo))")
-    return nearest, _distances(duck, pairs).zones
-
-
-def _distances(duck: Any, source: str) -> Distances:
-    n, median, lower, upper = duck.execute(
-        f"SELECT count(*), quantile_cont(distance_m, 0.5), quantile_cont(distance_m, 0.25), "
-        f"quantile_cont(distance_m, 0.75) FROM {source}"
-    ).fetchone()
-    if not n:
-        nothing = Share(math.nan, math.nan, math.nan)
-        return Distances(
-            0, 0, math.nan, math.nan, math.nan, (math.nan, math.nan), (nothing,) * len(ZONES), (0,) * (len(EDGES_M) + 1)
-        )
-    sums = ", ".join(f"sum(p_{zone})" for zone in ZONES)
-    table = np.array(
-        duck.execute(
-            f"SELECT count(*), sum(CAST(distance_m <= {median!r} AS INTEGER)), {sums} FROM {source} GROUP BY photo"
-        ).fetchall(),
-        dtype=float,
-    )
-    zones = [ratio_over_photos(table[:, k], table[:, 0]) for k in range(2, table.shape[1])]
-    low, high = _median_interval(duck, source, _ratio(table[:, 1], table[:, 0])[1], len(table))
-    bars = dict(
-        duck.execute(
-            f"SELECT {' + '.join(f'CAST(distance_m >= {edge} AS INTEGER)' for edge in EDGES_M)} AS bar, count(*) "
-            f"FROM {source} GROUP BY bar"
-        ).fetchall()
-    )
-    return Distances(
-        int(n), len(table), float(median), low, high, (float(lower), float(upper)), tuple(zones),
-        tuple(int(bars.get(k, 0)) for k in range(len(EDGES_M) + 1)),
-    )  # fmt: skip
-
-
-def _median_interval(duck: Any, source: str, below_sd: float, n_photos: int) -> tuple[float, float]:
-    """Return the median's interval (Woodruff 1952); below_sd: of the share of distances up to the median."""
-    levels = [float(level[0]) for level in median_levels(np.array([below_sd]), np.array([n_photos]))]
-    if not all(map(math.isfinite, levels)):
-        return math.nan, math.nan
-    low, high = duck.execute(
-        f"SELECT quantile_cont(distance_m, {levels[0]!r}), quantile_cont(distance_m, {levels[1]!r}) FROM {source}"
-    ).fetchone()
-    return float(low), float(high)
-
-
-def ratio_over_photos(parts: FloatArray, totals: FloatArray) -> Share:
-    """Return the sum of `parts` over that of `totals`, one of each a photo, with its central 90 % interval.
-
-    The interval is that of `sampling.share_interval`, as in a summary; NaN with a single photo.
-    """
-    value, sd = _ratio(parts, totals)
-    low, high = share_interval(np.array([value]), np.array([sd]), np.array([len(parts)]))
-    return Share(value, float(low[0]), float(high[0]))
-
-
-def _ratio(parts: FloatArray, totals: FloatArray) -> tuple[float, float]:
-    """Return a ratio over photos and its standard deviation, a ratio estimator's (Cochran 1977, section 6.4).
-
-    NaN for that of a single photo.
-    """
-    parts, totals, n = np.asarray(parts, dtype=float), np.asarray(totals, dtype=float), len(parts)
-    value = float(parts.sum() / totals.sum())
-    if n < 2:
-        return value, math.nan
-    return value, math.sqrt(float(((parts - value * totals) ** 2).sum()) * n / (n - 1)) / float(totals.sum())
-
-
-def names_of(shares: Sequence[Share]) -> list[tuple[str, Share]]:
-    """Return Hall's zones with their shares."""
-    return list(zip(ZONES, shares, strict=True))
+    nearest = distances_in(duck, f"(SELECT * FROM report_nearest SEMI JOIN {members} USING (photo))")
+    return nearest, distances_in(duck, pairs).zones

@@ -14,8 +14,9 @@ from ..distances import UNCERTAIN, ZONES
 from ..people.attributes import PairsWhere
 from ..plots.pair_selection import metres_text
 from .charts import histogram, legend, zone_bar
+from .distance_figures import Distances, Share, names_of
 from .links import Links, figure_id
-from .numbers import Distances, Group, Numbers, Pair, Share, names_of
+from .numbers import Numbers, Pair
 from .wording import CITE, LIMITS, METHODS, STYLE
 
 #: A zone less probable is not named with an uncertain one.
@@ -43,7 +44,7 @@ def page(
     sections = [
         _head(title, run, numbers, where),
         _distances(numbers),
-        _by_group(numbers.groups, group_by),
+        _by_group(numbers, group_by),
         _refusals(numbers),
         _cameras(numbers),
         _figures(figures, faces),
@@ -145,9 +146,12 @@ def _block(title: str, distances: Distances, of: str) -> str:
     )
 
 
-def _by_group(groups: Sequence[Group], group_by: str) -> str:
+def _by_group(numbers: Numbers, group_by: str) -> str:
+    groups = numbers.groups
     if len(groups) < 2:
         return ""
+    more = numbers.n_groups - len(groups)
+    largest = f" The {len(groups)} with the most photos; there are {more:,} more." if more else ""
     rows = "".join(
         f"<tr><th scope='row'>{escape(g.name)}</th><td>{g.photos:,}</td><td>{g.people:,}</td>"
         f"<td>{_median(g.nearest)}</td>"
@@ -156,7 +160,7 @@ def _by_group(groups: Sequence[Group], group_by: str) -> str:
     )
     return (
         f"<section><h2>By {escape(group_by)}</h2><p>Median distance to the nearest other person, and the share of all "
-        f"pairs in each zone in percent.</p><table><thead><tr><th scope='col'>{escape(group_by)}</th>"
+        f"pairs in each zone in percent.{largest}</p><table><thead><tr><th scope='col'>{escape(group_by)}</th>"
         "<th scope='col'>photos</th><th scope='col'>people</th><th scope='col'>nearest other</th>"
         "<th scope='col'>zones</th></tr></thead>"
         f"<tbody>{rows}</tbody></table></section>"
@@ -182,12 +186,8 @@ def _refusals(numbers: Numbers) -> str:
         f"<section><h2>What was and was not measured</h2>{_counts('Photos', statuses)}"
         f"{_counts('Why photos have no distances', numbers.refusals)}"
         f"{_counts('Why people have no place', numbers.unplaced)}"
-        f"{_counts('People in doubt: perhaps not people, or counted twice', _doubts(numbers))}</section>"
+        f"{_counts('People in doubt: perhaps not people, or counted twice', numbers.doubts)}</section>"
     )
-
-
-def _doubts(numbers: Numbers) -> list[tuple[str, int]]:
-    return [(doubt.words, n) for doubt, n in numbers.doubts]
 
 
 def _cameras(numbers: Numbers) -> str:
