@@ -12,6 +12,7 @@ from proxemetry.annotate.places import MOST_TAGS, Places, Spot, Tape, solve
 from proxemetry.annotate.places.contradiction import chi2_bound
 from proxemetry.annotate.places.layout import laid_out
 from proxemetry.annotate.places.network import Network
+from proxemetry.annotate.places.solution import _fits
 from proxemetry.errors import SettingsError
 
 SQUARE = {"P0": (0.0, 0.0), "P1": (2.0, 0.0), "P2": (2.0, 2.0), "P3": (0.0, 2.0)}
@@ -51,6 +52,10 @@ def test_a_measurements_rows_are_those_of_its_residuals():
     residuals = network.residuals(off.ravel())
     assert residuals[[6, 7]] * network._spot_sd[2] == pytest.approx([-0.3, 0.2])
     assert np.delete(residuals, [6, 7]) == pytest.approx(0, abs=1e-9)
+    # of a coordinate's two the larger stands for it, whichever way it errs
+    for sign in (1, -1):
+        off[3] = np.add(SQUARE["P3"], (0.3 * sign, -0.2 * sign))
+        assert _fits(network, off, network.measurements)[4].residual_m == pytest.approx(-0.3 * sign)
 
 
 @pytest.mark.parametrize(
@@ -66,6 +71,22 @@ def test_what_may_move_is_a_shift_a_turn_and_what_no_tape_holds(pairs, ways):
     for direction in directions:
         assert network.residuals((at + 1e-6 * direction).ravel()) == pytest.approx(0, abs=1e-6)
     assert Network(tags, network.tapes, (Spot("P0", 0, 0), Spot("P1", 2, 0))).null_directions(at).shape[0] == ways - 3
+
+
+@given(st.floats(0, 2 * math.pi), st.booleans())
+@settings(max_examples=10)
+def test_without_coordinates_places_look_from_the_first_camera_to_the_others(turn, mirror):
+    """However measured: y runs from it to the middle of the others, the first mark beside that lies to the right."""
+    cos, sin = math.cos(turn), math.sin(turn)
+    moved = {tag: ((-x if mirror else x) * cos - y * sin, (-x if mirror else x) * sin + y * cos)
+             for tag, (x, y) in OUTDOOR.items()}  # fmt: skip
+    found, plain = solve([], taped(moved), []), solve([], taped(OUTDOOR), [])
+    assert found.positions_m == pytest.approx(plain.positions_m, abs=1e-5)
+    assert found.by_tag["C0"] == pytest.approx((0, 0), abs=1e-9)
+    middle = found.positions_m.mean(axis=0)
+    assert middle[0] == pytest.approx(0, abs=1e-6) and middle[1] > 0
+    aside = [x for x in found.positions_m[:, 0] if abs(x) > 0.02]
+    assert aside[0] > 0
 
 
 def test_a_layout_begins_on_the_coordinates():
