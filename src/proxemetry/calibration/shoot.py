@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..camera import Camera, Mount
-from ..camera.published import FULL_FRAME_DIAGONAL_MM
+from ..camera.sensors import FULL_FRAME_DIAGONAL_MM
 from ..errors import CameraError
 from ..intervals import HALF_WIDTH_SD
 from ..locate import LocateSettings

@@ -9,9 +9,6 @@ import numpy as np
 
 from ..arrays import FloatArray
 
-#: The diagonal of the 36 x 24 mm frame to which the 35 mm equivalent refers.
-FULL_FRAME_DIAGONAL_MM = math.hypot(36, 24)
-
 #: The most frequent 35 mm equivalent, and the standard deviations of its logarithm below and above: quantiles (5, 25,
 #: 50, 75, 95 %) 19, 27, 37, 54 and 101 mm. A judgement between three kinds of counts. Phones' main cameras have 24 to
 #: 28 mm. Of 6,300 holiday photos taken with a 28-300 mm zoom (fengraphy.blogspot.com, April 2012), 20 % were at 28 mm,

@@ -23,7 +23,8 @@ from .from_people.self_calibration import FocalPosterior, focal_posterior
 from .lines.focal import NO_STRUCTURE, ONE_DIRECTION, TRUSTED, WEAK_PRIOR, WIDEST, FocalProfile, focal_profile
 from .of_shoot import contradiction, of_shoot
 from .others import LEAST_PHOTOS, Others, SameModel
-from .published import FULL_FRAME_DIAGONAL_MM, log_density, quantile_mm
+from .published import log_density, quantile_mm
+from .sensors import FULL_FRAME_DIAGONAL_MM
 from .sources import Doubt, Flag, FocalSource, Source
 
 #: Widest central 90 % interval that is an estimate, as high over low; a wider one is an assumption.
