@@ -306,3 +306,15 @@ def test_a_part_that_was_damaged_and_deleted_is_measured_again(measured):
     (out / "scenes" / "part-000001.parquet").unlink()
     assert go_on(photos, out)[0] == 2
     assert (out / "pairs.csv").read_bytes() == before
+
+
+def test_photos_of_another_folder_in_the_same_results_are_told(measured, tmp_path):
+    """`--out` has a default: two archives measured one after the other would become one without a word."""
+    photos, out = measured
+    other = write_photos(tmp_path / "other", 1)
+    _, notes, _ = go_on(other, out)
+    (told,) = [note for note in notes if "same tables" in note]
+    assert str(photos) in told and str(other) in told
+    for again in (photos, photos / "00"):
+        assert not any("same tables" in note for note in go_on(again, out)[1])
+    assert len(rows(out)) == 6

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Iterator, Sequence
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -79,6 +80,23 @@ def compared(folder: Folder, known: Manifest | None, listing: Listing | Sequence
         raise OutputError(f"the results so far are of photos in {home}, not {root}: name another --out, or --restart")
     anew = sorted(os.path.relpath(locate(root, n), home).replace(os.sep, "/") for n in names)
     return known, _lacking(known.names(), anew)
+
+
+def mixed_folders_note(listed: Manifest, root: str) -> str | None:
+    """Return what to say where photos of another folder are added to the results; None where there is nothing to say.
+
+    Two archives in one results folder are one set of tables, which is seldom meant: `--out` has a default. A folder
+    inside the other is the same archive.
+    """
+    home = listed.moved_to or listed.root
+    if home is None or is_url(home) or is_url(root):
+        return None
+    if Path(root).is_relative_to(home) or Path(home).is_relative_to(root):
+        return None
+    return (
+        f"these results are of photos in {home}; those of {root} are added to the same tables, under names that start "
+        "with ../ (to keep them apart, name another --out)"
+    )
 
 
 def _same_files(folder: Folder, known: Manifest, root: str) -> bool:

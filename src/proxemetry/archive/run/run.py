@@ -28,7 +28,7 @@ from ..store.scratch import sweep_scratch
 from .camera_pool import stale_shards, write_pool
 from .changed_files import FileScan
 from .joining import join, settings_of
-from .manifest_update import ManifestUpdate
+from .manifest_update import ManifestUpdate, mixed_folders_note
 from .schedule import Note, Pass, Progress, Schedule
 from .shoots import LEAST_PHOTOS, pool_of
 from .work import Job
@@ -117,6 +117,8 @@ def _measured(
         schedule = Schedule(workers, job, folder, listed, identity.metadata(), on_progress, pending, scan, is_mine)
         if measured := sum(listed.shard_sizes[s] for s in there if s < listed.n_shards):
             on_progress(Note(f"{measured} of {len(listed)} photos are measured already"))
+        if isinstance(named, Search) and (note := mixed_folders_note(listed, named.root)):
+            on_progress(Note(note))
         found = schedule.run(s for s in range(listed.n_shards) if s not in there and is_mine(s))
         if found.counts.photos and not found.counts.people:
             _require_recorded(job, found.manifest)
