@@ -316,7 +316,7 @@ def test_counts_cards_and_figures_tell(out: Path, capsys: pytest.CaptureFixture[
     assert [plots.number_text(scene, i) for i in range(3)] == ["0", "1", "2?"]
     assert "2: legs without a body above" in plots.footnote(scene, [])
     assert main(["measure", "--pose", f"recorded:{out.parent / 'people.json'}", "--out", str(out), "--jobs", "0"]) == 0
-    assert "one may not be a person (" in (said := capsys.readouterr().out) and "doubt in people.csv" in said
+    assert "in doubt: 1 may not be a person (animals, posters, legs alone); see doubt in" in capsys.readouterr().out
 
 
 def test_pairs_where_takes_doubts(out: Path) -> None:

@@ -101,12 +101,11 @@ def _print_totals(counts: Totals) -> None:
     else:
         nearest = f"median distance to the nearest other person {metres_text(counts.nearest_m)}"
         print(f"people   {counts.people}: {nearest} ({counts.with_nearest} people)")
-    if counts.duplicates:
-        who = "one" if counts.duplicates == 1 else f"{counts.duplicates} of them"
-        print(f"         {who} may be counted twice: possible_duplicate in people.csv")
-    if counts.doubtful > counts.duplicates:
-        who = "one may not be a person" if counts.doubtful == 1 else f"{counts.doubtful} of them may not be people"
-        print(f"         {who} (animals, drawings, legs alone) or counted twice: doubt in people.csv")
+    doubts = [f"{counts.duplicates} may be counted twice"] if counts.duplicates else []
+    if others := counts.doubtful - counts.duplicates:
+        doubts.append(f"{others} may not be {'a person' if others == 1 else 'people'} (animals, posters, legs alone)")
+    if doubts:
+        print(f"         in doubt: {', '.join(doubts)}; see doubt in people.csv")
     if not counts.pairs:
         print("pairs    0")
         return

@@ -74,7 +74,10 @@ def told_by_people(
         )
     mount = weighed(found.mount, stated)
     doubts = "".join(f"; {doubt}" for doubt in found.doubts)
-    return ClipCamera(mount, mount.camera, f"the camera's place was found from {found.n_people} people{doubts}")
+    place = f"{mount.height_m:.1f} m high, looking down by {math.degrees(mount.pitch_rad):.0f} degrees"
+    who = "people" if recurring else "short tracks of people"  # a track is lost where people hide each other
+    text = f"the camera's place was found from {found.n_people} {who}: {place}{doubts}"
+    return ClipCamera(mount, mount.camera, text)
 
 
 def weighed(told: Mount, stated: Mount | None) -> Mount:

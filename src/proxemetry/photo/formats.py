@@ -108,6 +108,8 @@ def _opened(path: Path) -> Generator[Any]:
         text = " ".join(text.split())[:150] or type(error).__name__
         if "cannot identify image file" in text:
             text = "no image format that is known"
+        elif "image file is truncated" in text:
+            text = "truncated: the file ends before the picture does"
         raise PhotoError(f"{path}: not a photo that can be read ({text})") from error
 
 

@@ -89,7 +89,7 @@ def _head(title: str, run: Mapping[str, Any], numbers: Numbers, where: PairsWher
         ("photos", f"{numbers.photos:,}"),
         ("people", f"{numbers.people:,}"),
         ("pairs with a distance", f"{numbers.pairs:,}"),
-        ("median to the nearest other", _median(numbers.nearest)),
+        ("median distance to the nearest other person", _median(numbers.nearest)),
     )
     tiles = "".join(f"<div><strong>{escape(v)}</strong><span>{escape(k)}</span></div>" for k, v in facts)
     by_hand = f" {_many(numbers.corrected, 'photo was', 'photos were')} corrected by hand." if numbers.corrected else ""
@@ -111,7 +111,7 @@ def _distances(numbers: Numbers) -> str:
     )  # fmt: skip
     return (
         f"<section><h2>Distances</h2><p>Between body centres, {kind}; the gap between two bodies is about 0.25 m less. "
-        "Brackets and the shaded band hold the central 90 %, computed over photos, because pairs in one photo are not "
+        "Brackets and the shaded band are 90 % intervals, computed over photos, because pairs in one photo are not "
         "independent. Each distance counts for a zone by its probability of lying in it. Quote the distance to the "
         "nearest other person and the zones of all pairs; the median of all pairs mostly reflects the size of "
         f"crowds.</p>{_on_assumptions(numbers)}{legend()}"
@@ -127,7 +127,7 @@ def _on_assumptions(numbers: Numbers) -> str:
     return (
         f"<p><strong>In {assumed:,} of {_many(numbers.measured, 'measured photo', 'measured photos')} the "
         "focal length is ASSUMED.</strong> Where one assumption for many photos is wrong, all their distances are "
-        "wrong the same way, and these brackets do not hold that.</p>"
+        "wrong in the same direction, and these intervals do not include that error.</p>"
     )
 
 

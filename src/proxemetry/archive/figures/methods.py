@@ -121,7 +121,7 @@ def _turned(settings: Mapping[str, Any]) -> str:
 
 
 def _place_sentence(duck: Any, photos: str) -> str:
-    """Return in how many photographs the camera's place was known before the people were seen, and from what."""
+    """Return in how many photographs the camera's place was known without the people, and from what."""
     cursor = duck.execute(
         f"SELECT mount_source, count(*) FROM {photos} WHERE mount_source IS NOT NULL AND status = 'ok' "
         "GROUP BY 1 ORDER BY 2 DESC, 1"
@@ -133,7 +133,8 @@ def _place_sentence(duck: Any, photos: str) -> str:
     rest = sum(count for _, count in rows[_MOST_NAMED:])
     total = sum(count for _, count in rows)
     return (
-        f"How the camera was held or placed was known beforehand in {_many(total, 'photograph')}: {named}"
+        f"How the camera was tilted or placed was known independently of the people in {_many(total, 'photograph')}: "
+        f"{named}"
         f"{f', others ({rest:,})' if rest else ''}."
     )
 

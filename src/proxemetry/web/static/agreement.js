@@ -24,7 +24,7 @@ export async function showAgreement(main) {
     html("h2", { text: "Agreement between two reviewers" }),
     html("p", { class: "hint", text: "Counted over the photos that both looked at, whether they changed anything or marked them as right. For two independent reviews, start the second with --who NAME --blind." }),
     reviewers.length < 2
-      ? html("p", { text: `The log has ${reviewers.length === 1 ? `one reviewer, ${reviewers[0]}` : "no reviewer yet"}: there is nobody to compare with.` })
+      ? html("p", { text: `The log has ${reviewers.length === 1 ? `one reviewer, ${reviewers[0]}` : "no reviewer yet"}: there is no second one to compare with.` })
       : html("div", { class: "pick" },
         html("label", { for: "one" }, "One", one), html("label", { for: "other" }, "Other", other),
         html("button", { type: "button", class: "first", onclick: compare, text: "Compare" })),

@@ -132,7 +132,7 @@ export function askSize(person, now) {
 }
 
 export function askText(title, label, text, action) {
-  const area = html("textarea", { name: "text", id: "dialog-text", maxlength: 10000, "aria-label": label });
+  const area = html("textarea", { name: "text", id: "dialog-text", maxlength: 10000 });
   area.value = text;
-  return ask(title, [area, html("p", { class: "hint", text: "Enter saves, Shift+Enter begins a new line." })], () => area.value.trim(), action);
+  return ask(title, [html("label", { for: "dialog-text", text: label }), area, html("p", { class: "hint", text: "Enter saves, Shift+Enter begins a new line." })], () => area.value.trim(), action);
 }
