@@ -36,6 +36,8 @@ DEFAULT_SOURCE = "default"
 #: `NoiseLaw.alike` of detectors that were not measured: that of those that were. Six people whose joints were measured
 #: have 88 % of their pairs inside the intervals with it, 76 without (benchmarks/accuracy/captured_people.py).
 UNMEASURED_ALIKE = 3.0
+#: `NoiseLaw.too_level_deg` of these: that of those that were measured.
+UNMEASURED_TOO_LEVEL_DEG = 2.0
 
 #: What counts as one stature where only a limb is seen, metres (a 1.70 m adult; joints as detectors place them).
 _STATURE_M = 1.70
@@ -58,7 +60,8 @@ class NoiseLaw:
     from person to person; what is not listed is seen as it is. lowest_score: what scores less is drawn, not seen.
     from_above: joint name (without its side) -> what is added to 1, times the sine of the angle, for the factor by
     which the spread grows; what is not listed has that of "other", 0 where there is none. alike: by what the variance
-    of all that people together show of the camera's pitch, roll and height is multiplied.
+    of all that people together show of the camera's pitch, roll and height is multiplied. too_level_deg: by how many
+    degrees less from above bodies are seen than they are, before cameras that look down.
     """
 
     definition: Mapping[str, float]
@@ -71,6 +74,7 @@ class NoiseLaw:
     lowest_score: float = 0.05
     from_above: Mapping[str, float] = field(default_factory=dict[str, float])
     alike: float = 1.0
+    too_level_deg: float = 0.0
 
     def sd_px(self, joint: str, score: ArrayLike, body_px: ArrayLike) -> FloatArray:
         """Return the standard deviation along one image axis, pixels; NaN where the score is 0.
@@ -113,6 +117,7 @@ def laws() -> Mapping[str, NoiseLaw]:
             {**default["spread"], **row.get("spread", {})},
             row["score_power"], row["floor_px"], row["origin"], row.get("scale", {}), row.get("common", {}),
             row.get("lowest_score", NoiseLaw.lowest_score), row.get("from_above", {}), row.get("alike", 1.0),
+            row.get("too_level_deg", 0.0),
         )
         for name, row in table.items()
     }  # fmt: skip
@@ -132,7 +137,7 @@ def law_for(people: People) -> NoiseLaw:
     """
     law = law_of(people.source, people.skeleton.name)
     unmeasured = people.source and people.source not in laws()
-    return replace(law, alike=UNMEASURED_ALIKE) if unmeasured else law
+    return replace(law, alike=UNMEASURED_ALIKE, too_level_deg=UNMEASURED_TOO_LEVEL_DEG) if unmeasured else law
 
 
 def people_sd_px(people: People) -> FloatArray:

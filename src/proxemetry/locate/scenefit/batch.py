@@ -62,6 +62,10 @@ class HypothesisBatch:
         """Return the rows with other keypoint noise (R, K)."""
         return replace(self, precision=precision)
 
+    def with_tilt(self, tilt: FloatArray) -> HypothesisBatch:
+        """Return the rows with their bodies seen at a tilt (R, 2), see `BodyTables`."""
+        return replace(self, bodies=replace(self.bodies, tilt=tilt))
+
     def with_floor(self, factor: float | FloatArray) -> HypothesisBatch:
         """Return the rows with the floor's precision multiplied."""
         return replace(self, floor_precision=self.floor_precision * factor)

@@ -13,7 +13,8 @@ import numpy as np
 from ...arrays import FloatArray
 from .batch import HypothesisBatch
 from .body_model import BodyModel
-from .projection import PITCH, ROLL, camera_axes, project, torso_position
+from .projection import PITCH, ROLL, angle_from_above, camera_axes, project, torso_position
+from .tilt import FALL_SD, FROM_ABOVE_SD_RAD, by_tilt
 
 #: How far a detector's idea of a joint may be from the body model's, of all people alike, in statures: as far as two
 #: networks' ideas of one are apart (`body_tables.DEFINITIONS`, and how ears, hips and shoulders were found to differ).
@@ -26,8 +27,6 @@ _OF_RESOLUTION = 1.0
 #: How much of a lean a detector sees away, having learnt on upright people: 0.05 to 0.08 of photos turned by 4 and 8
 #: degrees and looked at again (yolox-tinypose, people 70 pixels from shoulders to ankles).
 LEAN_SD = 0.08
-#: How much a floor may fall, metres a metre: pavements are laid with 1 to 2.5 % for the rain, floors indoors level.
-FALL_SD = 0.01
 _UP = 2  # of the body's axes
 _NUDGE = 1e-4
 
@@ -38,13 +37,15 @@ def departures_of(
 ) -> FloatArray:  # fmt: skip
     """Return departures (D, R, 2 K + 1) in the order of `project`: x of all joints, y of all joints, the floor.
 
-    Gait and a floor that falls count where the focal length is sought, which hangs on how people lean and how fast they
-    grow smaller: where it is known, pitch and height take a fall in, and are then what distances along that floor need.
+    Gait, bodies' tilt and a floor that falls count where the focal length is sought, which hangs on how people lean and
+    how fast they grow smaller. Where it is known, the floor shows the tilt, which is an unknown then (`State.tilt`);
+    pitch and height take a fall in, and are then what distances along that floor need.
     """
     count, joints = rows.precision.shape
     raised = rows.bodies.table.copy()
     raised[:, _UP, :, -1] += _NUDGE
-    at = project(local, cameras, rows.bodies).points
+    projected = project(local, cameras, rows.bodies)
+    at = projected.points
     up = (project(local, cameras, replace(rows.bodies, table=raised)).points - at) / _NUDGE
     found: list[FloatArray] = []
     for name, kind in model.kinds.items():
@@ -59,6 +60,8 @@ def departures_of(
     leant[:, 0] = -LEAN_SD * (up[:, 0] / up[:, 1]) * (at - middle)[:, 1]
     found.append(_of_points(leant))
     if focal_sought:
+        tilted = by_tilt(projected.equations, angle_from_above(local, cameras))
+        found.append(FROM_ABOVE_SD_RAD * tilted[..., 0])
         axes = camera_axes(cameras[:, PITCH : ROLL + 1])
         world = (torso_position(local, cameras)[:, None] @ axes)[:, 0]
         for along in (0, 2):  # to the right, and ahead

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -37,8 +38,9 @@ class Evidence:
     log_depth, depth_rel_sd: shape (P,), the log of the stated depth in metres of the torso's middle along the camera's
         axis, and its standard deviation; NaN where nothing is stated.
     lengths: what the back end makes of body lengths, in the order of `anthropometry.LENGTHS`. from_above: shape (K,),
-        what the sine of the angle from above adds to the noise, as a share. alike: by what the variance of all that
-        people together show of pitch, roll and height is multiplied.
+        what the sine of the angle from above adds to the noise, as a share. too_level_rad: by how much less far from
+        above bodies are seen. alike: by what the variance of all that people together show of pitch, roll and height is
+        multiplied.
     """
 
     points: FloatArray
@@ -51,6 +53,7 @@ class Evidence:
     depth_rel_sd: FloatArray
     lengths: SeenLengths = ()
     from_above: FloatArray = field(default_factory=lambda: np.zeros(1))
+    too_level_rad: float = 0.0
     alike: float = 1.0
 
 
@@ -76,6 +79,7 @@ def evidence_of(people: People, camera: Camera, model: BodyModel) -> Evidence:
         depth_rel_sd=np.hypot(people.depth_sd_m, _LEAST_DEPTH_SD_M) / people.depth_m,
         lengths=tuple((law.scale.get(name, 1.0), law.common.get(name, 0.0)) for name in LENGTHS),
         from_above=law.grows_from_above(joints),
+        too_level_rad=math.radians(law.too_level_deg),
         alike=law.alike,
     )
 

@@ -38,9 +38,20 @@ from .hypotheses import (
 from .mirror import mirrored
 from .other_cameras import likeliest_camera
 from .posterior import placed_people
-from .projection import DEPTH, FOCAL, HEIGHT, LOG_LENGTHS, N_SHARED, PITCH, PRINCIPAL, ROLL
+from .projection import (
+    DEPTH,
+    FOCAL,
+    HEIGHT,
+    LOG_LENGTHS,
+    N_SHARED,
+    PITCH,
+    PRINCIPAL,
+    ROLL,
+    angle_from_above,
+)
 from .solver import Fit, gauss_newton_step, solve
 from .start import initialise
+from .tilt import expected_tilt
 
 #: How even floors are, as a standard deviation of where the soles are: metres, and per metre of distance, since ground
 #: slopes and streets are cambered; the tails are heavy (kerbs, steps).
@@ -151,8 +162,11 @@ def _fit(
         prior = replace(prior, place=prior.place.widened(off))
         fit = solve(rows.taken(first), fit.local, fit.shared, prior, iterations=_MOST_ITERATIONS)
     fit = likeliest_camera(rows.taken(first), fit, prior, _MOST_ITERATIONS)
-    if evidence.from_above.any():  # seen from the camera as it is now, which the first steps may have had too level
+    if evidence.from_above.any() or evidence.too_level_rad:
+        # seen from the camera as it is now, which the first steps may have had too level
         rows = rows.with_precision(keypoint_precision(evidence, model, _scale(fit.local), fit.shared)[rows.person])
+        tilt = expected_tilt(evidence.too_level_rad, angle_from_above(fit.local, fit.shared))
+        rows = rows.with_tilt(tilt[rows.person])
         fit = solve(rows.taken(first), fit.local, fit.shared, prior, iterations=_MOST_AGAIN)
     explanations, weight, first, fit = _weighed(rows, first, hypotheses, fit, prior)
     other_side = mirrored(rows.taken(first), fit)

@@ -83,9 +83,9 @@ def pooled(
     if found is None:
         return None
     crowd, state, resolution = found
-    state = _solved(crowd, state, prior)
     sought = camera.focal_rel_sd > _SOUGHT_SD
-    departures = departures_of(crowd.rows, state.local, state.cameras_of(crowd), model, resolution, sought)
+    state = _solved(crowd, state if sought else replace(state, tilt=np.zeros(2)), prior)
+    departures = departures_of(state.tilted(crowd), state.local, state.cameras_of(crowd), model, resolution, sought)
     equations = equations_of(crowd, state, prior, departures)
     return _answer(camera, crowd, state, equations, prior, carried)
 
@@ -102,12 +102,12 @@ def _start(
     local: list[FloatArray] = []
     cameras: list[FloatArray] = []
     whose: list[NDArray[np.intp]] = []
-    resolution = 0.0
+    resolution = too_level = 0.0
     for number in np.unique(views):
         mine = np.flatnonzero(views == number)
         explained = explained_people(people[mine], camera, prior, settings, model)
         if explained is not None:
-            resolution = explained.evidence.resolution
+            resolution, too_level = explained.evidence.resolution, explained.evidence.too_level_rad
             batches.append(explained.rows.taken(explained.first))
             local.append(explained.fit.local)
             cameras.append(explained.fit.shared)
@@ -124,8 +124,9 @@ def _start(
     lengths = np.zeros((count, N_LENGTHS))
     np.add.at(lengths, owner, per_person[:, LOG_LENGTHS])
     lengths /= np.bincount(owner, minlength=count)[:, None]
-    crowd = Crowd(rows, owner, view[first], mean, precision)
-    return crowd, State(per_person, lengths, shared[:, :N_VIEW], np.median(shared[:, N_VIEW:], axis=0)), resolution
+    crowd = Crowd(rows, owner, view[first], mean, precision, too_level)
+    lens = np.median(shared[:, N_VIEW:], axis=0)
+    return crowd, State(per_person, lengths, shared[:, :N_VIEW], lens, np.zeros(0)), resolution
 
 
 def _without_repetition(precision: FloatArray) -> FloatArray:
@@ -171,19 +172,19 @@ def _with_lengths(crowd: Crowd, state: State) -> State:
 
 def _stepped(crowd: Crowd, state: State, equations: Equations) -> tuple[State, float]:
     """Return the state after a step of everything, no longer than the model's linearity carries, and its length."""
-    lens = solve_batch(equations.lens[:, :-1], equations.lens[:, -1])
-    every_lens = np.tile(lens, (len(state.places), 1))
-    cameras = np.concatenate([equations.views.step(every_lens), every_lens], axis=1)
-    _, cameras = clip_step(np.zeros((1, N_LOCAL)), cameras)
-    camera = cameras[crowd.view]
-    longer = equations.people.step(camera)
+    every_lens = np.tile(solve_batch(equations.lens[:, :-1], equations.lens[:, -1]), (len(state.places), 1))
+    shared = np.concatenate([equations.views.step(every_lens), every_lens], axis=1)
+    _, cameras = clip_step(np.zeros((1, N_LOCAL)), shared[:, :N_SHARED])
+    shared[:, :N_SHARED] = cameras
+    above = shared[crowd.view]
+    longer = equations.people.step(above)
     lengths = np.clip(longer, -_LONGEST_LENGTH_STEP, _LONGEST_LENGTH_STEP)
     moved = np.zeros_like(state.local)
-    moved[:, OWN] = equations.rows.step(np.concatenate([lengths, camera], axis=1)[crowd.person])
+    moved[:, OWN] = equations.rows.step(np.concatenate([lengths, above], axis=1)[crowd.person])
     moved, _ = clip_step(moved, np.zeros(N_SHARED))
     after = State(
         state.local + moved, state.lengths + lengths, state.places + cameras[:, :N_VIEW],
-        state.lens + cameras[0, N_VIEW:],
+        state.lens + cameras[0, N_VIEW:], state.tilt + shared[0, N_SHARED:],
     )  # fmt: skip
     return _with_lengths(crowd, after), float(max(np.abs(cameras).max(), np.abs(longer).max() / 10))
 
@@ -203,7 +204,8 @@ def _answer(
     else:
         data = equations.by_view[0]
         hessian = data.copy()
-        hessian[:, :N_SHARED] += prior.cost(state.cameras(np.zeros(1, dtype=np.intp)))[1][0, :, :-1]
+        hessian[:N_SHARED, :N_SHARED] += prior.cost(state.cameras(np.zeros(1, dtype=np.intp)))[1][0, :, :-1]
+        hessian[N_SHARED:, N_SHARED : len(data)] += np.eye(len(state.tilt))
         left, sensitivity = people.left, people.response
         groups, asked = np.arange(len(crowd.view)), np.arange(FOCAL + 1)
     count = len(data)
@@ -215,10 +217,12 @@ def _answer(
     excess = _overdispersion(inverse @ pulls.T, np.diag(by_data), asked)
     shifts = inverse @ data[:, count + 1 :]
     covariance = inverse + (excess - 1) * by_data + shifts @ shifts.T
+    size = len(data) - len(state.tilt)
+    covariance, by_bodies = covariance[:size, :size], by_bodies[:size, :size]
     if carried:
         covariance, by_bodies = (_beside_open_places(part) for part in (covariance, by_bodies))
     shared = np.append(state.places[0], state.lens)
-    by_view = equations.views.left[:, 0, [len(state.lens), 0]]  # the gradient stands after the lens's own columns
+    by_view = equations.views.left[:, 0, [equations.views.left.shape[1], 0]]  # the gradient stands after the unknowns
     return Pooled(
         camera, shared, covariance, by_bodies, excess, equations.cost, len(state.lengths), len(crowd.rows), by_view,
         state.places,

@@ -59,12 +59,14 @@ class BodyTables:
 
     Their columns are lengths, latents and, last, the rest: metres per metre and statures. table: shape (R, 3, K,
     columns); head, of the lengths only: (R, 3, K, lengths); torso, the height of the torso's middle above the sole:
-    (R, columns). See `body_model.BodyModel`.
+    (R, columns). See `body_model.BodyModel`. tilt: shape (R, 2), radians: a body is seen as by a camera that is pitched
+    and rolled by so much more, but stands where it stands and looks as long as it is.
     """
 
     table: FloatArray
     head: FloatArray
     torso: FloatArray
+    tilt: FloatArray
 
     @classmethod
     def of(cls, model: BodyModel, posture: NDArray[np.intp]) -> BodyTables:
@@ -73,17 +75,17 @@ class BodyTables:
         torso = np.concatenate([model.torso, model.torso_latent, model.torso_rest[:, None]], axis=-1)
         # in one piece, for the products to take them as they lie
         flat, head = (np.ascontiguousarray(part[posture]) for part in (table, model.head.swapaxes(1, 2)))
-        return cls(flat, head, torso[posture])
+        return cls(flat, head, torso[posture], np.zeros((len(posture), 2)))
 
     @classmethod
     def joined(cls, parts: Sequence[BodyTables]) -> BodyTables:
         """Return the tables of all rows of several."""
-        names = ("table", "head", "torso")
+        names = ("table", "head", "torso", "tilt")
         return cls(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
 
     def taken(self, index: NDArray[np.intp]) -> BodyTables:
         """Return the tables of some of the rows."""
-        return BodyTables(self.table[index], self.head[index], self.torso[index])
+        return BodyTables(self.table[index], self.head[index], self.torso[index], self.tilt[index])
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,6 +143,13 @@ def torso_position(local: FloatArray, shared: FloatArray) -> FloatArray:
     return result
 
 
+def angle_from_above(local: FloatArray, shared: FloatArray) -> FloatArray:
+    """Return how steeply each row's torso is looked down at, radians (R,); shared is (N_SHARED,) or (R, N_SHARED)."""
+    sight = torso_position(local, shared)
+    down = camera_axes(shared.reshape(-1, N_SHARED)[:, PITCH : ROLL + 1])[:, :, 1]
+    return np.arcsin((sight * down).sum(axis=1) / np.linalg.norm(sight, axis=1))
+
+
 def torso_jacobian(position: FloatArray, shared: FloatArray) -> FloatArray:
     """Return the derivatives of the torso's middle (R, 3) by all unknowns, shape (R, 3, N_LOCAL + N_SHARED)."""
     scale = position[:, 2] * np.exp(-shared[..., FOCAL])
@@ -156,7 +165,8 @@ def project(local: FloatArray, shared: FloatArray, bodies: BodyTables) -> Projec
     """Project the rows' bodies, each with its own tables, under one camera (N_SHARED,) or one each (R, N_SHARED)."""
     count, joints = len(local), bodies.head.shape[2]
     camera = shared.reshape(-1, N_SHARED)
-    matrix = camera_axes(camera[:, PITCH : ROLL + 1])
+    level = camera_axes(camera[:, PITCH : ROLL + 1])
+    matrix, shortened, shorter_by_pitch = _at_tilt(local, camera, bodies.tilt, level)
     turn = turns(matrix)
     axes = matrix[:, None] @ body_axes(local[:, HEADING : TURN + 1] @ _FACING)
     # the tables in the camera frame, metres per unit of log length and latent
@@ -164,7 +174,8 @@ def project(local: FloatArray, shared: FloatArray, bodies: BodyTables) -> Projec
     linear = (axes[:, 0] @ bodies.table.reshape(count, 3, -1)).reshape(count, 3 * joints, -1)
     head = (axes[:, 1] @ bodies.head.reshape(count, 3, -1)).reshape(count, 3 * joints, -1)
     linear[..., _LENGTHS] += head
-    linear *= scale[:, None]
+    seen_scale = scale * shortened
+    linear *= seen_scale[:, None]
     # where the joints are from the torso's middle: what the lengths do, and what the posture does
     parts = np.zeros((count, _COLUMNS, 2))
     parts[:, _LENGTHS, 0] = parts[:, -1, 1] = 1.0
@@ -174,7 +185,8 @@ def project(local: FloatArray, shared: FloatArray, bodies: BodyTables) -> Projec
     body = (about[..., 0] + about[..., 1]).reshape(count, 3, joints)
     turned = np.empty((count, 12, joints))  # by heading, pitch, roll and the head's turn
     turned[:, :9] = turn @ body
-    turned[:, 9:] = turn[:, :3] @ (head @ scale[:, _LENGTHS, None]).reshape(count, 3, joints)
+    turned[:, 3:6] += shorter_by_pitch * body
+    turned[:, 9:] = turn[:, :3] @ (head @ seen_scale[:, _LENGTHS, None]).reshape(count, 3, joints)
 
     torso = torso_position(local, camera)
     sideways = torso[:, 2:] * np.exp(-camera[:, FOCAL, None])  # metres per nominal focal length in the photo
@@ -187,8 +199,32 @@ def project(local: FloatArray, shared: FloatArray, bodies: BodyTables) -> Projec
     upright = bodies.torso * scale
     height = upright[:, None] @ parts
     upright[:, -1] = height[:, 0, 1]
-    floor = _above_floor(equations[:, -1], torso, sideways, camera, matrix[:, :, 1], turn[:, 3:], upright)
+    floor = _above_floor(
+        equations[:, -1],
+        torso,
+        sideways,
+        camera,
+        level[:, :, 1],
+        (turn if matrix is level else turns(level))[:, 3:],
+        upright,
+    )
     return Projected(points, floor - height.sum(axis=(1, 2)), equations)
+
+
+def _at_tilt(
+    local: FloatArray, camera: FloatArray, tilt: FloatArray, level: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return how bodies at a tilt (R, 2) are seen: the matrices from world to camera axes, `level` without one; and by
+    what they are shortened, since looked at from less far above they would look longer, (R, 1), and the derivative of
+    its logarithm by pitch, (R, 1, 1)."""
+    if not tilt.any():
+        return level, np.ones((1, 1)), np.zeros((1, 1, 1))
+    matrix = camera_axes(camera[:, PITCH : ROLL + 1] + tilt)
+    above = angle_from_above(local, camera)
+    instead = above + tilt[:, 0]
+    return (
+        matrix, (np.cos(above) / np.cos(instead))[:, None], (np.tan(instead) - np.tan(above))[:, None, None],
+    )  # fmt: skip
 
 
 def _onto_image(
