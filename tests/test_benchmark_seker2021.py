@@ -240,6 +240,23 @@ def test_distances_are_consumed_in_order_after_a_drop(tmp_path: Path) -> None:
     assert scored(tmp_path, people, distances_mm=[[0, 1, 3300]]).detection_rate == 0
 
 
+def test_a_distance_to_who_shows_no_annotated_part_is_no_pair(tmp_path: Path) -> None:
+    """One shows eyes alone, and eyes are annotated nowhere: of three distances that between the others counts."""
+    stranger = {"points": {"Eyes": [5, 5]}}
+    others = [{"points": person(k, [])["points"]} for k in (0, 1)]
+    for at, distances in ((0, [1, 1, 3300]), (2, [3300, 1, 1])):
+        people = [*others[:at], stranger, *others[at:]]
+        given = [[a, b, mm] for (a, b), mm in zip(((0, 1), (0, 2), (1, 2)), distances, strict=True)]
+        small_benchmark(tmp_path)
+        body = tmp_path / "body_pixel_locations.csv"
+        body.write_text("".join(line for line in body.read_text().splitlines(True) if "Eyes" not in line))
+        content = {"filename": "a.jpg", "width": 1000, "height": 800, "people": people, "distances_mm": given}
+        (tmp_path / "p.json").write_text(json.dumps({"images": [content]}))
+        answers = read_predictions(tmp_path / "p.json")
+        (result,) = score(read_labels(tmp_path, errata=False), answers, "seker2021").images
+        assert (result.n_pairs, result.pair_error_pct) == (1, pytest.approx(10))
+
+
 def test_nobody_and_no_answer_score_zero_error(tmp_path: Path) -> None:
     nobody = scored(tmp_path, [])
     assert (nobody.pair_error_pct, nobody.detection_rate, nobody.false_discovery_rate) == (0, 0, 0)

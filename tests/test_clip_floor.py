@@ -118,6 +118,16 @@ def test_voronoi_density_of_even_crowds_is_the_classic_one_and_steadier():
     assert voronoi_density(places, middle) == classic_density(places, middle)
 
 
+def test_who_is_outside_a_map_on_any_side_is_not_on_it():
+    maps = Maps.over(SQUARE, 10.0, (1.0,))
+    outside = np.array([[-0.1, 5], [10.1, 5], [5, -0.1], [5, 10.1], [10.1, 10.1]])
+    maps.add_presence(outside, np.full(5, 5.0), np.ones(5))
+    maps.add_exposure(outside, np.ones((5, 1)))
+    assert maps.presence_s.sum() == 0 and maps.exposure_s.sum() == 0
+    maps.add_presence(np.array([[0.05, 9.95]]), np.array([5.0]), np.array([2.0]))
+    assert maps.presence_s[0, -1, 0] == 2.0  # the last row is the farthest along y
+
+
 def test_maps_add_up_to_the_time_that_was_spent():
     maps = Maps.over(SQUARE, 60.0, (1.0, 2.0))
     t = np.arange(0, 60, 0.2)
