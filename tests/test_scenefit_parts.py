@@ -9,13 +9,13 @@ from proxemetry.camera import Camera, Mount
 from proxemetry.locate import LocateSettings
 from proxemetry.locate.scenefit import fit as joint_fit
 from proxemetry.locate.scenefit import locate, shared_prior, solver
-from proxemetry.locate.scenefit.alternatives import Explanations, leave_one_out
+from proxemetry.locate.scenefit.alternatives import Cavity, Explanations, _better, _explanation, leave_one_out, refine
 from proxemetry.locate.scenefit.body_model import body_model
 from proxemetry.locate.scenefit.camera_prior import Place, Raised, SharedPrior
 from proxemetry.locate.scenefit.contradiction import misfit
 from proxemetry.locate.scenefit.evidence import evidence_of
 from proxemetry.locate.scenefit.hypotheses import keypoint_precision, log_evidence
-from proxemetry.locate.scenefit.posterior import _TWIST_SD, _covariance, _merged_spread, _modes, _normalised
+from proxemetry.locate.scenefit.posterior import _TWIST_SD, _ambiguous, _covariance, _merged_spread, _modes, _normalised
 from proxemetry.locate.scenefit.projection import (
     DEPTH,
     FOCAL,
@@ -27,9 +27,10 @@ from proxemetry.locate.scenefit.projection import (
     ROLL,
     torso_position,
 )
-from proxemetry.locate.scenefit.solver import Fit, schur_complement
+from proxemetry.locate.scenefit.solver import Fit, evaluate_rows, schur_complement
 from proxemetry.locate.scenefit.start import initialise
 from proxemetry.people import People
+from proxemetry.people.keypoint_noise import law_for
 from proxemetry.people.skeleton import COCO_17
 from synthetic.modelled import ADULTS, CAMERA, photo
 
@@ -120,6 +121,91 @@ def test_the_evidence_of_a_sharp_explanation_is_less_by_its_volume():
     precision = np.stack([np.eye(N), 4 * np.eye(N)])  # twice as sharp in each of N unknowns
     plain, sharp = log_evidence(explanations([5.0, 5.0], precision), Two, np.zeros(2))
     assert plain - sharp == pytest.approx(N * np.log(2))
+
+
+def test_an_explanation_costs_what_the_others_evidence_on_the_camera_costs_besides():
+    """A Gaussian's half square, whose slope is the pull, and whose precision adds to the row's own."""
+    fit = linear_fit(3, seed=4)
+    cavity = leave_one_out(linear_fit(3, seed=5))
+    shared = np.random.default_rng(6).normal(0, 0.3, (3, N_SHARED))
+    cost = np.array([1.0, 2.0, 3.0])
+    found, pull = _explanation(fit.local, shared, fit.normal, cost, cavity)
+    for k in range(3):
+        off = shared[k] - cavity.mean[k]
+        assert found.cost[k] == pytest.approx(cost[k] + 0.5 * off @ cavity.precision[k] @ off)
+        assert pull[k] == pytest.approx(-cavity.precision[k] @ off)  # downhill
+        added = found.precision[k] - found.hessian[k]
+        assert added[N_LOCAL:, N_LOCAL:] == pytest.approx(cavity.precision[k])
+        assert not added[:N_LOCAL].any() and not added[:, :N_LOCAL].any()
+    assert found.hessian == pytest.approx(fit.hessian)
+
+
+def test_refined_explanations_lie_where_no_step_goes_down():
+    """Both evidences together, the row's and the others', have no slope left there, though neither is at its best."""
+    people, _ = photo(3, noise_px=1.5, pitch=0.15)
+    seen = joint_fit.explained_people(people, CAMERA, shared_prior(CAMERA), ADULTS, body_model(COCO_17))
+    assert seen is not None
+    rows, shared = seen.rows.taken(seen.first), np.tile(seen.fit.shared, (len(seen.first), 1))
+    aside = np.array([0.03, 0.01, -0.05, 0.0, 0.0, 0.0])
+    known = np.diag([4e3, 4e3, 1e3, 1e6, 1e6, 1e6])
+    cavity = Cavity(shared + aside, np.tile(known, (len(shared), 1, 1)))
+    start = refine(rows, seen.fit.local, shared, cavity, steps=0)
+    found = refine(rows, seen.fit.local, shared, cavity, steps=25)
+    assert (found.cost <= start.cost).all()
+    normal, _, _ = evaluate_rows(rows, found.local, found.shared)
+    slope = normal[..., -1].copy()
+    slope[:, N_LOCAL:] += (cavity.mean - found.shared) @ known
+    step = np.linalg.solve(found.precision, slope[..., None])[..., 0]
+    assert np.abs(step).max() < 2e-3
+    assert np.abs(found.shared - shared).max() > 5e-3  # the others' evidence moved the camera
+
+
+def test_of_two_explanations_each_row_keeps_its_better_one():
+    a, b = explanations([3.0, 4.0, 5.0]), explanations([6.0, 7.0, 8.0], precision=np.tile(2 * np.eye(N), (3, 1, 1)))
+    a, b = replace(a, cost=np.array([1.0, 5.0, 2.0])), replace(b, cost=np.array([2.0, 1.0, 2.5]))
+    for better in (_better(a, b), _better(b, a)):
+        assert np.exp(better.local[:, DEPTH]) == pytest.approx([3, 7, 5])
+        assert better.cost.tolist() == [1, 1, 2]
+        assert better.precision[:, 0, 0].tolist() == [1, 2, 1]
+    assert _better(b, replace(a, cost=np.full(3, -1.0))).cost.tolist() == [-1, -1, -1]
+    assert _better(replace(a, cost=np.full(3, 9.0)), b).cost.tolist() == b.cost.tolist()
+
+
+@pytest.mark.parametrize(("apart_sd", "weight", "ambiguous"), [(1.4, 0.4, False), (1.6, 0.4, True), (1.6, 0.02, False)])
+def test_explanations_that_put_a_person_elsewhere_stay_apart(apart_sd, weight, ambiguous):
+    """Elsewhere is beyond one and a half deviations of depth of the vaguer of the two; the unlikely do not count."""
+    sharp, vague = 100 * np.eye(N), 25 * np.eye(N)  # deviations of log depth of 0.1 and 0.2
+    for precision in ((sharp, vague), (vague, sharp)):
+        rows = explanations([5.0, 5.0 * np.exp(apart_sd * 0.2)], precision=np.stack(precision))
+        found = _ambiguous(Two, rows, np.array([1 - weight, weight]), np.array([0]))
+        assert found == ({0: [0, 1]} if ambiguous else {})
+
+
+def test_who_cannot_be_placed_changes_nothing_for_the_others():
+    people, _ = photo(5, pitch=0.1)
+    nobody = People(COCO_17, np.full((1, 17, 2), np.nan), np.zeros((1, 17)))
+    order = [0, 1, 4, 2, 3]
+    keypoints = np.concatenate([people.keypoints_px, nobody.keypoints_px])[order]
+    with_one = People(COCO_17, keypoints, np.concatenate([people.scores, nobody.scores])[order])
+    plain, found = locate(people, CAMERA, ADULTS), locate(with_one, CAMERA, ADULTS)
+    assert found.placed.tolist() == [True, True, False, True, True] and found.reasons[2]
+    kept = np.array([0, 1, 3, 4])
+    index = (3 * kept[:, None] + np.arange(3)).ravel()
+    assert found.positions_m[kept] == pytest.approx(plain.positions_m)
+    assert found.covariance_m2[np.ix_(index, index)] == pytest.approx(plain.covariance_m2)
+    for name in ("heading_rad", "heading_sd_rad", "stature_m", "stature_sd_m"):
+        assert getattr(found, name)[kept] == pytest.approx(getattr(plain, name)) and np.isnan(getattr(found, name)[2])
+    assert np.isnan(found.covariance_m2[6:9]).all() and np.isnan(found.positions_m[2]).all()
+
+
+def test_what_is_known_of_the_camera_alone_is_its_places_where_it_has_one():
+    precision = np.array([[400.0, 30.0], [30.0, 25.0]])
+    place = Place(np.array([PITCH, HEIGHT]), np.array([0.3, 1.0]), precision)
+    prior = SharedPrior(np.arange(6.0), np.array([np.inf, 0.2, np.inf, 0.3, 0.4, 0.5]), place)
+    assert prior.marginal_mean.tolist() == [0.3, 1.0, 1.0, 3.0, 4.0, 5.0]
+    sd = np.sqrt(np.diag(np.linalg.inv(precision)))
+    assert prior.marginal_sd == pytest.approx([sd[0], 0.2, sd[1], 0.3, 0.4, 0.5])
+    assert place.widened(3.0).covariance == pytest.approx(9 * place.covariance)
 
 
 def test_in_another_mode_the_others_follow_the_camera():
@@ -281,6 +367,33 @@ def test_a_person_on_a_platform_that_nobody_stated_moves_the_others_little():
     keypoints[0, :, 1] -= 1.0 * CAMERA.f_px / before.positions_m[0, 2]
     after = locate(People(COCO_17, keypoints, people.scores), CAMERA, ADULTS)
     assert after.positions_m[1:, 2] == pytest.approx(before.positions_m[1:, 2], rel=0.05)
+
+
+@pytest.mark.parametrize("where", [(1, 500), (None, 500), (500, 1), (500, None)])
+def test_every_edge_of_the_photo_is_one(where):
+    """0.2 % of the diagonal from it is outside: 4 px of 1920 x 1080; half as much again from it is inside."""
+    people, _ = photo(0)
+    model, sides = body_model(COCO_17), (CAMERA.width, CAMERA.height)
+    diagonal = np.hypot(*sides)
+    for share, seen in ((0.0015, False), (0.003, True)):
+        aside = share * diagonal
+        at = [aside if w == 1 else side - aside if w is None else w for w, side in zip(where, sides, strict=True)]
+        keypoints = people.keypoints_px.copy()
+        keypoints[2, model.columns[0]] = at
+        found = evidence_of(People(COCO_17, keypoints, np.full(people.scores.shape, 0.9)), CAMERA, model)
+        assert found.seen[2, 0] == seen
+
+
+def test_no_detector_resolves_less_than_a_share_of_the_photo():
+    """Its own floor in pixels holds in small photos, 1 / 2500 of the diagonal in large ones."""
+    people, _ = photo(0)
+    model, floor = body_model(COCO_17), law_for(people).floor_px
+    for factor in (0.2, 20.0):
+        width, height = round(CAMERA.width * factor), round(CAMERA.height * factor)
+        larger = evidence_of(people.scaled(factor, factor), CAMERA.resized(width, height), model)
+        expected = max(4e-4 * np.hypot(width, height), floor)
+        assert larger.resolution == pytest.approx(expected / CAMERA.f_px / factor, rel=1e-3)
+        assert (expected > floor) == (factor > 1)
 
 
 def test_keypoints_at_the_edge_or_scarcely_believed_are_no_evidence():
