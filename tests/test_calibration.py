@@ -211,6 +211,34 @@ def test_half_a_degree_at_25_m_from_a_mast():
     assert 0.8 < reach(MAST, 25.0, -math.radians(0.5)) < 0.9
 
 
+def test_a_length_tells_the_height_as_surely_as_it_was_taped_and_clicked():
+    """Where the angles are known a length grows with the height: relative deviations are those of the metres."""
+    angles = Mount.stated(MAST.pitch_rad, MAST.roll_rad, pitch_sd_rad=1e-7, roll_sd_rad=1e-7, camera=CAMERA)
+    ends = np.array([[200.0, 500.0], [420.0, 470.0]])
+    metres = float(np.linalg.norm(np.subtract(*to_floor(MAST, ends))))
+    length = Length(*ends[0], *ends[1], metres)
+    for tape_sd_m in (0.02, 0.04):
+        taped, away = with_lengths(angles, [length], click_sd_px=1e-6, tape_sd_m=tape_sd_m)
+        assert taped.height_m == pytest.approx(MAST.height_m, rel=1e-3)
+        assert taped.sd[2] == pytest.approx(tape_sd_m / metres, rel=0.02)
+        assert away == pytest.approx(0, abs=1e-3)
+    # clicks: each end's two coordinates move the length by its derivative
+    by = [np.linalg.norm(np.subtract(*to_floor(MAST, ends + step))) - metres
+          for step in 1e-3 * np.eye(4).reshape(4, 2, 2)]  # fmt: skip
+    clicked, _ = with_lengths(angles, [length], click_sd_px=2.0, tape_sd_m=1e-6)
+    assert clicked.sd[2] == pytest.approx(2.0 * np.linalg.norm(by) / 1e-3 / metres, rel=0.02)
+
+
+def test_a_length_that_says_nothing_leaves_what_was_known_with_all_that_goes_together():
+    root = np.array([[0.03, 0, 0], [0.01, 0.02, 0], [-0.05, 0.02, 0.04]])
+    covariance = np.full((4, 4), np.nan)
+    covariance[:3, :3] = root @ root.T
+    known = replace(MAST, covariance=tuple(map(tuple, covariance.tolist())), camera=CAMERA, floor_frame=None)
+    found, _ = with_lengths(known, [Length(200.0, 500.0, 420.0, 470.0, 5.0)], tape_sd_m=1e5)
+    assert np.array(found.covariance)[:3, :3] == pytest.approx(root @ root.T, rel=1e-3, abs=1e-8)
+    assert (found.pitch_rad, found.height_m) == pytest.approx((MAST.pitch_rad, MAST.height_m), rel=1e-5)
+
+
 def test_lengths_tell_pitch_and_height():
     ends = [((200.0, 480.0), (250.0, 150.0)), ((120.0, 400.0), (650.0, 420.0)), ((500.0, 500.0), (560.0, 130.0))]
     lengths = [Length(*a, *b, float(np.linalg.norm(np.subtract(*to_floor(MAST, [a, b]))))) for a, b in ends]

@@ -1,12 +1,14 @@
 """One stature a track: pooled from all sightings, told to each by the others, and carried on as one error."""
 
+from statistics import NormalDist
+
 import numpy as np
 import pytest
 
 from proxemetry.anthropometry import moments, populations
 from proxemetry.clip.sightings import Chain, Sightings
 from proxemetry.clip.smoothing import LASTING_SHARE, smooth
-from proxemetry.clip.statures import known_statures, pooled, told_again
+from proxemetry.clip.statures import _alike, _robust, known_statures, of_chain, pooled, told_again
 from proxemetry.clip.tracking import SWAY_SD_M
 from proxemetry.locate import LocateSettings
 
@@ -112,3 +114,30 @@ def test_what_is_told_goes_to_the_rows_of_the_scene():
     assert [list(k) for k in told] == [[0]] * 3
     assert told[0][0][0] > told[2][0][0]  # the first is told by the others, who are taller
     assert known_statures([chain], [None], shot) == [{}, {}, {}]
+    for k in range(3):  # in metres, with the deviation of a logarithm as that of metres
+        assert told[k][0] == pytest.approx((np.exp(found.others[k]), np.exp(found.others[k]) * found.others_sd[k]))
+
+
+def test_a_chains_stature_is_that_of_its_sightings():
+    shot = [seen_once_more(0.2 * k, np.eye(2) * 0.01, stature=1.75 + 0.01 * k, sd=0.04 + 0.01 * k) for k in range(5)]
+    found = of_chain(Chain(np.array([0, 1, 3, 4]), np.zeros(4, dtype=int)), shot, ADULTS)
+    expected = pooled(np.array([1.75, 1.76, 1.78, 1.79]), np.array([0.04, 0.05, 0.07, 0.08]), ADULTS)
+    assert (found.mean, found.sd) == (expected.mean, expected.sd)
+    assert found.others == pytest.approx(expected.others) and found.others_sd == pytest.approx(expected.others_sd)
+
+
+@pytest.mark.parametrize(("metres", "young"), [(1.05, True), (1.3, True), (1.62, False), (1.75, False), (1.95, False)])
+def test_who_is_as_tall_as_an_adult_is_weighed_against_adults(metres, young):
+    mixed = LocateSettings("mixed")
+    groups = [g for g in populations("mixed") if g.name.startswith("children") == young]
+    mean, covariance = moments(tuple(groups))
+    assert _alike(np.log(metres), mixed) == pytest.approx((mean[0], covariance[0, 0]))
+
+
+def test_how_much_frames_scatter_is_read_off_as_a_normal_distributions_deviation():
+    """A thousand frames at the quantiles of a normal distribution, each of which claims to be sure."""
+    quantiles = np.array([NormalDist(TALL, 0.1).inv_cdf((k + 0.5) / 999) for k in range(999)])
+    weight, lasting = _robust(quantiles, np.full(999, 1e-8))
+    assert lasting == pytest.approx(LASTING_SHARE**2 * 0.1**2, rel=0.01)
+    assert weight[499] == pytest.approx(1 / 0.1**2, rel=0.01)
+    assert weight[0] < 0.6 * weight[499]  # three deviations out

@@ -15,7 +15,16 @@ from proxemetry.locate.scenefit.camera_prior import Place, Raised, SharedPrior
 from proxemetry.locate.scenefit.contradiction import misfit
 from proxemetry.locate.scenefit.evidence import evidence_of
 from proxemetry.locate.scenefit.hypotheses import keypoint_precision, log_evidence
-from proxemetry.locate.scenefit.posterior import _TWIST_SD, _ambiguous, _covariance, _merged_spread, _modes, _normalised
+from proxemetry.locate.scenefit.posterior import (
+    _TWIST_SD,
+    _ambiguous,
+    _covariance,
+    _floor,
+    _merged_spread,
+    _modes,
+    _normalised,
+    _spread_square,
+)
 from proxemetry.locate.scenefit.projection import (
     DEPTH,
     FOCAL,
@@ -179,6 +188,38 @@ def test_explanations_that_put_a_person_elsewhere_stay_apart(apart_sd, weight, a
         rows = explanations([5.0, 5.0 * np.exp(apart_sd * 0.2)], precision=np.stack(precision))
         found = _ambiguous(Two, rows, np.array([1 - weight, weight]), np.array([0]))
         assert found == ({0: [0, 1]} if ambiguous else {})
+
+
+def test_each_persons_own_uncertainty_is_that_of_all_unknowns_solved_together():
+    fit = linear_fit(2)
+    size = 2 * N_LOCAL + N_SHARED
+    whole = np.zeros((size, size))
+    whole[-N_SHARED:, -N_SHARED:] = np.eye(N_SHARED)
+    for k in range(2):
+        index = np.r_[k * N_LOCAL : (k + 1) * N_LOCAL, 2 * N_LOCAL : size]
+        whole[np.ix_(index, index)] += fit.hessian[k]
+    inverse = np.linalg.inv(whole)
+    local_sd, _, shared = _covariance(fit)
+    assert local_sd**2 == pytest.approx(np.diag(inverse)[:-N_SHARED].reshape(2, N_LOCAL))
+    assert shared == pytest.approx(inverse[-N_SHARED:, -N_SHARED:])
+
+
+def test_the_floor_states_the_cameras_own_deviations():
+    fit = replace(linear_fit(1), shared=np.array([0.2, -0.1, np.log(3.0), 0.0, 0.0, 0.0]))
+    covariance = np.diag([0.02, 0.03, 0.04, 1.0, 1.0, 1.0]) ** 2
+    floor = _floor(fit, covariance)
+    assert floor is not None
+    assert (floor.height_m, floor.pitch_rad, floor.roll_rad) == pytest.approx((3.0, 0.2, -0.1))
+    assert (floor.height_sd_m, floor.pitch_sd_rad, floor.roll_sd_rad) == pytest.approx((0.12, 0.02, 0.03))
+    assert _floor(fit, np.eye(N_SHARED)) is None  # nobody shows how far below the camera it is
+
+
+def test_a_covariance_among_others_is_the_same_in_its_own_rows():
+    values = np.arange(36.0).reshape(6, 6)
+    found = _spread_square(values, 3, np.array([0, 2]))
+    index = np.array([0, 1, 2, 6, 7, 8])
+    assert found[np.ix_(index, index)].tolist() == values.tolist()
+    assert np.isnan(found[3:6]).all() and np.isnan(found[:, 3:6]).all()
 
 
 def test_who_cannot_be_placed_changes_nothing_for_the_others():
