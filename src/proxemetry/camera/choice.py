@@ -7,18 +7,20 @@ from dataclasses import replace
 from functools import cached_property
 
 from ..arrays import FloatArray
+from ..errors import PhotoError
 from ..people import People
 from ..photo import Photo
 from .drone import flight_mount
 from .estimate import CameraEstimate, Testimony, Witness
 from .focal import estimate_camera, row_of
+from .layout import layout_of
 from .lines.gravity import read_gravity
 from .lines.picture_frames import in_frames
-from .lines.segments import Detected, detected_in
+from .lines.segments import LONG_SIDE_PX, Detected, detected_in
 from .mount import Mount
 from .others import Others
 from .request import FocalRequest
-from .sources import FocalSource
+from .sources import Flag, FocalSource
 from .unstated import without_statement
 
 
@@ -36,6 +38,19 @@ class PictureLines:
     def people_in_frames(self) -> tuple[bool, ...]:
         """Return whether straight edges frame each person; no one where the pixels are not available."""
         return () if self._detected is None else tuple(in_frames(self._detected, self._people.boxes_px).tolist())
+
+    def layout_flags(self) -> tuple[Flag, ...]:
+        """Return the doubts of a picture that is no whole photo: several side by side, or one between bars.
+
+        Only of those that name no camera: a camera's own file is whole.
+        """
+        photo = self._photo
+        if photo.metadata.make or photo.metadata.model or not (photo.path or photo.has_pixels):
+            return ()
+        try:
+            return layout_of(photo.pixels(LONG_SIDE_PX)).flags
+        except PhotoError:
+            return ()
 
     @cached_property
     def _detected(self) -> Detected | None:
@@ -57,10 +72,10 @@ def choose_camera(
         return replace(estimate, camera=mount.camera, flags=(), reason=None, lens=None, mount=mount)
     by_fov = estimate.source is not None and estimate.source.kind is FocalSource.ASSUMED_FOV
     missing = estimate.camera is None and estimate.may_be_guessed and not _is_half_stated(photo, request)
-    if not (missing or by_fov):
-        return estimate
-    segments_px = None if lines is None else lines.segments_px
-    return without_statement(estimate, photo, people, segments_px, request.assume, others)
+    if missing or by_fov:
+        segments_px = None if lines is None else lines.segments_px
+        estimate = without_statement(estimate, photo, people, segments_px, request.assume, others)
+    return estimate if lines is None else replace(estimate, flags=(*lines.layout_flags(), *estimate.flags))
 
 
 def _is_half_stated(photo: Photo, request: FocalRequest) -> bool:
