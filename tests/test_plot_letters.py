@@ -28,6 +28,7 @@ from synthetic.drawn import people_at
 
 FAMILY, HAS = "Made Up Sans", "日本"
 TRIP = "日本/Ausflug für 🦩 é.jpg"
+HARD = "two\nlines\tand\rmore $^$ of\u3000them.jpg"
 
 
 def _forget() -> None:
@@ -129,15 +130,23 @@ def test_letters_that_are_joined_are_spelled_where_matplotlib_does_not(monkeypat
 
 @pytest.mark.usefixtures("bare")
 @pytest.mark.parametrize("ending", [".png", ".pdf", ".svg"])
+@pytest.mark.parametrize("name, shown", [
+    (TRIP, r"\u65e5\u672c/Ausflug für"), (HARD, r"two\nlines\tand\rmore \$^\$ of\u3000them.jpg"),
+])  # fmt: skip
 def test_a_figure_of_such_a_photo_says_nothing(
-    ending: str, tmp_path: Path, recwarn: pytest.WarningsRecorder, caplog: pytest.LogCaptureFixture
+    name: str,
+    shown: str,
+    ending: str,
+    tmp_path: Path,
+    recwarn: pytest.WarningsRecorder,
+    caplog: pytest.LogCaptureFixture,
 ) -> None:
     camera = Camera.centred(700, 640, 480)
     people = people_at([(-0.5, 0.0, 4.0), (0.5, 0.0, 4.0)], camera)
-    scene = place(TRIP, "", 640, 480, people, CameraEstimate(camera), Settings())
+    scene = place(name, "", 640, 480, people, CameraEstimate(camera), Settings())
     figure = plots.overlay(scene, None)
     plots.save(figure, tmp_path / f"a{ending}")
-    assert r"\u65e5\u672c/Ausflug für" in " ".join(text.get_text() for text in figure.texts)
+    assert shown in " ".join(text.get_text() for text in figure.texts)
     assert not [w for w in recwarn if "lyph" in str(w.message)]
     assert not [r for r in caplog.records if r.levelno >= logging.WARNING]
     assert isinstance(figure, ShownFigure) and figure._repr_png_().startswith(b"\x89PNG")
@@ -159,3 +168,24 @@ def test_groups_by_such_names_say_nothing(tmp_path: Path) -> None:
         assert len(charts.draw(summary, tmp_path)) == 4
     (left, _) = charts.by_group(summary).axes
     assert left.get_yticklabels()[0].get_text().startswith(r"\u65e5\u672c, 1990")
+
+
+def _summary(names: list[str]) -> Summary:
+    """Return a summary by folder and year, of the folders of these names in two years each."""
+    half = Share(0.5, 0.4, 0.6)
+    groups = tuple(Group((n, year), 5, 5, 10, 5, {}, half, (half,) * 4, half) for n in names for year in ("90", "91"))
+    return Summary(("folder", "year"), groups, np.full(2 * len(groups), 1.5), np.repeat(np.arange(len(groups)), 2))
+
+
+def test_names_of_groups_are_no_formulas_and_none_is_left_out(tmp_path: Path) -> None:
+    names = ["_hidden", "$^$", "a\tb"]
+    assert len(charts.draw(_summary(names), tmp_path)) == 4
+    (legend,) = charts.over_time(_summary(names), 1).legends
+    assert [text.get_text() for text in legend.get_texts()] == ["_hidden", r"\$^\$", r"a\tb"]
+
+
+def test_groups_that_a_figure_has_no_room_for_are_counted() -> None:
+    summary = _summary([f"folder {k}" for k in range(20)])
+    assert "24 groups with the most pairs; 16 more" in charts.by_group(summary).axes[0].get_xlabel()
+    assert "6 groups with the most pairs; 14 more" in charts.over_time(summary, 1).axes[0].get_xlabel()
+    assert "more" not in charts.by_group(_summary(["a"])).axes[0].get_xlabel()

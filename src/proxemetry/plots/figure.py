@@ -17,7 +17,7 @@ from matplotlib.patches import Patch
 from ..distances import UNCERTAIN, ZONES
 from ..photo import Photo
 from ..scene import Scene
-from .fonts import drawable, known_letters
+from .fonts import drawable, known_letters, without_formulas
 from .geometry import known_horizon_px
 from .pair_selection import footnote, headline, pairs_shown
 from .photo_panel import draw_photo, horizon_style
@@ -115,13 +115,11 @@ def sheet(
     FigureCanvasAgg(figure)
     left = _MARGIN_IN / total_width
     title = _ending(drawable(scene.photo), int(per_line * 0.6))
-    figure.text(left, 1 - 0.14 / total_height, _without_formulas(title), size=12, weight="bold", color=_INK, va="top")
+    figure.text(left, 1 - 0.14 / total_height, without_formulas(title), size=12, weight="bold", color=_INK, va="top")
     line = textwrap.shorten(drawable(headline(scene)), per_line, placeholder=" ...")
-    figure.text(left, 1 - 0.37 / total_height, _without_formulas(line), size=_TEXT_PT, color=_FAINT, va="top")
+    figure.text(left, 1 - 0.37 / total_height, without_formulas(line), size=_TEXT_PT, color=_FAINT, va="top")
     start = (_MARGIN_IN * 0.8 + _LINE_IN * len(lines)) / total_height
-    figure.text(
-        left, start, _without_formulas("\n".join(lines)), size=_TEXT_PT, color=_FAINT, va="top", linespacing=1.3
-    )
+    figure.text(left, start, without_formulas("\n".join(lines)), size=_TEXT_PT, color=_FAINT, va="top", linespacing=1.3)
     if handles:
         figure.legend(
             handles=handles, loc="lower left", ncols=columns, frameon=False, fontsize=_TEXT_PT - 0.5,
@@ -161,8 +159,3 @@ def _legend_handles() -> list[Artist]:
 def _ending(name: str, most: int) -> str:
     """Return the end of a photo's path, which distinguishes it from others, where the whole is too long."""
     return name if len(name) <= most else f"...{name[3 - most :]}"
-
-
-def _without_formulas(text: str) -> str:
-    """Return text in which matplotlib sees no formulas: a file name may hold dollar signs."""
-    return text.replace("$", r"\$")

@@ -30,8 +30,13 @@ _RIGHT_TO_LEFT = ("R", "AL", "AN")
 
 
 def drawable(text: str, families: Sequence[str] = ("DejaVu Sans",)) -> str:
-    """Return a text in which letters that no font has are spelled: 日 as \\u65e5."""
-    return text if text.isascii() else "".join(map(_speller(tuple(families)), text))
+    """Return a text, as one line, in which letters that no font has are spelled: 日 as \\u65e5, a line's end as \\n."""
+    return text if text.isascii() and text.isprintable() else "".join(map(_speller(tuple(families)), text))
+
+
+def without_formulas(text: str) -> str:
+    """Return text in which matplotlib sees no formulas: the name of a file or folder may hold dollar signs."""
+    return text.replace("$", r"\$")
 
 
 @contextmanager
@@ -58,7 +63,7 @@ def use_known_letters(figure: Figure) -> None:
             continue
         properties = text.get_fontproperties()
         families = tuple(properties.get_family())
-        spelled = drawable(words, families)
+        spelled = "\n".join(drawable(line, families) for line in words.split("\n"))
         text.set_text(spelled)
         more = dict.fromkeys(name for letter in spelled if (name := _family_of(letter, families)))
         if more:
@@ -82,7 +87,7 @@ def _speller(families: tuple[str, ...]) -> Callable[[str], str]:
 @cache
 def _is_in(letter: str, families: tuple[str, ...]) -> bool:
     """Return whether the fonts of these families have a letter."""
-    return letter.isspace() or any(ord(letter) in _letters(name) for name in families)
+    return any(ord(letter) in _letters(name) for name in families)
 
 
 @cache

@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 _TIMES = ("year", "month")
 #: More groups than this cannot be distinguished in one figure: those with most pairs are drawn.
 _MAX_GROUPS = 24
+#: The same of lines over time.
+_MAX_LINES = 6
 
 
 def draw(summary: Summary, folder: str | Path) -> list[Path]:
@@ -58,8 +60,8 @@ def _new_figure(width_in: float, height_in: float, columns: int) -> tuple[Figure
 
 def by_group(summary: Summary) -> Figure:
     """Return each group's distances to the nearest other as a box (quartiles, 5 % and 95 %) next to its zone shares."""
-    shown = sorted(range(len(summary.groups)), key=lambda g: -summary.groups[g].n_pairs)[:_MAX_GROUPS]
-    shown = sorted(g for g in shown if summary.groups[g].n_pairs)
+    with_pairs = [g for g, group in enumerate(summary.groups) if group.n_pairs]
+    shown = sorted(sorted(with_pairs, key=lambda g: -summary.groups[g].n_pairs)[:_MAX_GROUPS])
     figure, (left, right) = _new_figure(9, 1.6 + 0.42 * max(len(shown), 1), 2)
     rows = np.arange(len(shown))[::-1]
     for row, g in zip(rows, shown, strict=True):
@@ -73,7 +75,7 @@ def by_group(summary: Summary) -> Figure:
         left.axvline(limit, color="0.7", linewidth=0.8, linestyle=":")
     labels = [f"{_label(summary.groups[g].key)}  (n = {summary.groups[g].n_pairs})" for g in shown]
     left.set_yticks(rows, labels)
-    left.set_xlabel("distance to the nearest other person, m")
+    left.set_xlabel(f"distance to the nearest other person, m{_left_out(len(with_pairs), len(shown))}")
     left.set_xlim(left=0)
     right.set_yticks(rows, [""] * len(rows))
     for axes in (left, right):
@@ -84,6 +86,11 @@ def by_group(summary: Summary) -> Figure:
     handles = [right.plot([], [], "o", color=ZONE_COLOURS[zone])[0] for zone in ZONES]
     figure.legend(handles, ZONES, loc="outside upper center", ncols=len(ZONES), frameon=False)
     return figure
+
+
+def _left_out(there: int, shown: int) -> str:
+    """Return how many groups a figure leaves out, as a line below its label."""
+    return f"\nthe {shown} groups with the most pairs; {there - shown} more are in --csv" if there > shown else ""
 
 
 def _zone_points(axes: Any, row: float, zones: Sequence[Share]) -> None:
@@ -102,16 +109,18 @@ def over_time(summary: Summary, time: int) -> Figure:
     for group in summary.groups:
         if group.key[time] is not None and group.n_pairs:
             others.setdefault(_label(group.key[:time] + group.key[time + 1 :]), []).append(group)
-    largest = sorted(others, key=lambda name: -sum(g.n_pairs for g in others[name]))[:6]
+    largest = sorted(others, key=lambda name: -sum(g.n_pairs for g in others[name]))[:_MAX_LINES]
     times = sorted({g.key[time] for name in largest for g in others[name]})
     place = {t: float(t) if summary.by[time] == "year" else i for i, t in enumerate(times)}
     step = min(np.diff(sorted(set(place.values()))), default=1.0)
+    lines: list[Any] = []
     for name in largest:
         groups = sorted(others[name], key=lambda g: place[g.key[time]])
         # Bands of more than two lines hide each other: those get bars, side by side.
         many = len(largest) > 2
         x = np.array([place[g.key[time]] for g in groups]) + (largest.index(name) * 0.06 * step if many else 0)
-        (line,) = axes.plot(x, [g.nearest_m.value for g in groups], marker="o", markersize=3, label=name or None)
+        (line,) = axes.plot(x, [g.nearest_m.value for g in groups], marker="o", markersize=3)
+        lines.append(line)
         low, high = ([getattr(g.nearest_m, end) for g in groups] for end in ("low", "high"))
         if many:
             axes.vlines(x, low, high, color=line.get_color(), linewidth=1)
@@ -124,13 +133,16 @@ def over_time(summary: Summary, time: int) -> Figure:
         axes.xaxis.get_major_locator().set_params(integer=True)
     axes.set_ylim(bottom=0)
     axes.set_ylabel("median distance to the nearest other person, m")
-    axes.set_xlabel(f"{summary.by[time]} ({'bars' if len(largest) > 2 else 'band'}: 90 % interval of the median)")
-    if any(largest):
-        figure.legend(frameon=False, loc="outside right upper")
+    axes.set_xlabel(
+        f"{summary.by[time]} ({'bars' if len(largest) > 2 else 'band'}: 90 % interval of the median)"
+        f"{_left_out(len(others), len(largest))}"
+    )
+    if any(largest):  # named one by one: by itself a legend leaves out names that begin with an underscore
+        figure.legend(lines, largest, frameon=False, loc="outside right upper")
     return figure
 
 
 def _label(key: tuple[str | None, ...]) -> str:
-    from ...plots.fonts import drawable
+    from ...plots.fonts import drawable, without_formulas
 
-    return drawable(", ".join(UNKNOWN if k is None else k for k in key))
+    return without_formulas(drawable(", ".join(UNKNOWN if k is None else k for k in key)))
