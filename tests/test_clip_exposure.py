@@ -1,6 +1,7 @@
 """How long who was near whom: against closed forms and laws."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -152,6 +153,23 @@ def test_an_event_has_a_beginning_an_end_and_a_minimum():
     assert near.closest_s == pytest.approx(10.0, abs=0.2)
     assert wider.seconds > near.seconds
     assert list(events_of(pair, [2.0], shortest_s=5.0)) == []
+
+
+def test_an_events_ends_lie_half_way_to_the_frames_around_it():
+    """Frames at 0.2, 0.6, 1, 2, 3 and 4 s, near in the third to the fifth; and one from the clip's beginning."""
+    t_s = np.array([0.2, 0.6, 1.0, 2.0, 3.0, 4.0])
+    weight_s = np.array([0.6, 0.4, 0.7, 1.0, 1.0, 1.0])
+    distance = np.array([5.0, 4.0, 1.5, 1.2, 1.4, 5.0])
+    p_within = np.array([[0, 0], [0, 0.1], [0.9, 1.0], [1.0, 1.0], [0.5, 1.0], [0, 0.0]])
+    near = SimpleNamespace(distance_m=distance, p_within=p_within)
+    (event, wider) = events_of(SimpleNamespace(a=3, b=7, t_s=t_s, weight_s=weight_s, near=near), [2.0, 3.0])
+    assert (event.a, event.b, event.within_m) == (3, 7, 2.0) and wider.within_m == 3.0
+    assert (event.begin_s, event.end_s, event.seconds) == pytest.approx((0.8, 3.5, 2.7))
+    assert (event.closest_m, event.closest_s) == (1.2, 2.0)
+    assert (event.p_within, wider.p_within) == pytest.approx((0.8, 1.0))
+    near = SimpleNamespace(distance_m=np.full(6, 1.0), p_within=np.ones((6, 1)))
+    (whole,) = events_of(SimpleNamespace(a=0, b=1, t_s=t_s, weight_s=weight_s, near=near), [2.0])
+    assert (whole.begin_s, whole.end_s) == pytest.approx((0.0, 4.5))  # no earlier than the clip
 
 
 def test_wavering_about_the_limit_is_one_event():

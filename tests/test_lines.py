@@ -16,9 +16,9 @@ from proxemetry.camera import Camera
 from proxemetry.camera.lines import focal_from_lines, gravity_from_lines
 from proxemetry.camera.lines.focal import ONE_DIRECTION, _moved, focal_profile, read_focal
 from proxemetry.camera.lines.gravity import TOO_FEW, _once
-from proxemetry.camera.lines.mixture import Fitted, evaluate, lines_of
+from proxemetry.camera.lines.mixture import Fitted, _worth, evaluate, lines_of
 from proxemetry.camera.lines.model import AZIMUTH, N_PARAMETERS, PITCH, PRIOR, vanishing_points
-from proxemetry.camera.lines.segments import _components, _merged
+from proxemetry.camera.lines.segments import _components, _merged, _outside
 from proxemetry.camera.mount import Mount
 from synthetic.line_scenes import STRAIGHT, WITHOUT, LineScene, exact_scene, line_scene
 
@@ -288,3 +288,40 @@ def test_the_pieces_of_a_line_are_one_and_a_parallel_line_stays_another(
 def test_pieces_are_of_one_line_up_to_a_pixel_and_a_fifth_aside(aside_px: float, segments: int) -> None:
     pieces = np.array([[100.0, 200, 200, 200], [205, 200 + aside_px, 300, 200 + aside_px]])
     assert len(_merged(pieces)) == len(_merged(pieces[::-1])) == segments
+
+
+def test_a_segment_belongs_to_the_person_in_whose_box_its_middle_lies() -> None:
+    boxes = np.array([[100.0, 100, 200, 300], [np.nan] * 4])
+    segments = np.array(
+        [
+            [0, 200, 300, 200], [150, 110, 150, 290],  # middles in the box, whatever reaches out
+            [150, 200, 450, 200], [150, 290, 150, 590], [0, 0, 20, 10],  # an end in it, or nothing
+        ],
+        float,
+    )  # fmt: skip
+    assert _outside(segments, boxes).tolist() == [False, False, True, True, True]
+    assert _outside(segments, np.zeros((0, 4))).all()
+
+
+def test_a_windows_many_lines_count_no_more_than_a_few() -> None:
+    """A quarter each, for one of a twentieth of the diagonal; six for a cell of 6 x 6, sixty for a picture."""
+    rng = np.random.default_rng(0)
+    middle = np.zeros((200, 2)) + (0.05, 0.05)
+    spread = rng.uniform(-0.49, 0.49, (4, 2))
+    worth = _worth(np.concatenate([middle, spread[:0]]), np.full(200, 0.05))
+    assert worth == pytest.approx(6.0 / 200) and worth.sum() == pytest.approx(6.0)
+    apart = np.array([[-0.4, -0.4], [0.4, -0.4], [0.0, 0.4]])
+    assert _worth(apart, np.array([0.05, 0.025, 1.0])) == pytest.approx([0.25, 0.125, 0.375])
+    both = _worth(np.concatenate([middle, apart]), np.full(203, 0.05))
+    assert both[:200].sum() == pytest.approx(6.0) and both[200:] == pytest.approx(0.25)
+    everywhere = _worth(rng.uniform(-0.5, 0.5, (5000, 2)), np.full(5000, 0.05))
+    assert everywhere.sum() == pytest.approx(60.0, rel=1e-6)
+
+
+def test_support_is_how_many_independent_segments_run_along_a_direction() -> None:
+    scene = corner()
+    rays = camera_of(scene).rays(np.reshape(scene.segments_px, (-1, 2, 2)))[..., :2].reshape(-1, 4)
+    lines = lines_of(rays * 700 / 800)
+    shares = np.array([[0.1, 0.1, 0.2, 0.3, 0.2, 0.1]])
+    fit = Fitted(np.zeros((1, N_PARAMETERS)), shares, np.zeros(1), np.eye(N_PARAMETERS)[None])
+    assert fit.support(lines) == pytest.approx(np.array([[0.3, 0.2, 0.1]]) * lines.count)

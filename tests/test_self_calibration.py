@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from proxemetry.camera import Camera
 from proxemetry.camera.choice import choose_camera
 from proxemetry.camera.focal import FocalRequest
+from proxemetry.camera.from_people import focal_profile
 from proxemetry.camera.from_people.focal_profile import Profile
 from proxemetry.camera.from_people.self_calibration import WIDEST, calibrate, focal_posterior
 from proxemetry.camera.from_people.verticals import (
@@ -235,3 +236,50 @@ def test_people_stand_between_metadata_and_an_assumption() -> None:
     assert estimate.camera is None
     assert "no focal length in the photo" in (estimate.reason or "")
     assert "3 people are needed" in (estimate.reason or "")
+
+
+def test_a_focal_length_counts_by_how_wide_its_other_parameters_are(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Laplace: half the log determinant of the hessian, so that a sharp optimum counts less than a wide one as low."""
+    segments = segments_of(crowd(1500, 12), WIDTH, HEIGHT)
+    hessian = np.array([np.eye(5), 4 * np.eye(5), np.diag([1.0, 1, 1, 1, 9])])
+
+    def settled(_segments, log_f, parameters, _scatter):
+        tries = len(log_f) // 3
+        fit = focal_profile._Fit(np.full(len(log_f), 2.0), np.tile(hessian, (tries, 1, 1)), np.zeros((len(log_f), 5)))
+        return parameters, fit
+
+    monkeypatch.setattr(focal_profile, "_refined", settled)
+    scatters = len(focal_profile._SCATTER)
+    found = focal_profile._profile(segments, np.array([0.0, 0.1, 0.2]), np.zeros((1, scatters, 3, 5)))
+    for row in found.costs:
+        assert row - row[0] == pytest.approx([0, 2.5 * math.log(4), math.log(3)])
+
+
+def test_without_people_a_camera_is_pulled_to_what_is_usual() -> None:
+    nobody = segments_of(crowd(1500, 12)[:0], WIDTH, HEIGHT)
+    parameters = np.array([[0.3, 0.05, -0.2, 0.01, 0.02]])
+    fit = focal_profile._fit(nobody, np.zeros(1), parameters, np.ones(1))
+    assert fit.hessian[0] == pytest.approx(np.diag(np.diag(fit.hessian[0])))
+    assert fit.slope[0] == pytest.approx(fit.hessian[0] @ parameters[0])
+    assert fit.cost[0] == pytest.approx(0.5 * parameters[0] @ fit.hessian[0] @ parameters[0])
+
+
+def test_the_finer_profile_lies_about_the_likeliest() -> None:
+    segments = segments_of(crowd(1500, 20, noise_px=1), WIDTH, HEIGHT)
+    log_f = np.linspace(math.log(0.5), math.log(2), 12)
+    start = focal_profile.Pose(math.log(1500 / WIDTH), np.array([math.radians(20), 0, -0.5, 0, 0]), 1.0)
+    coarse = focal_profile._profile(
+        segments, log_f, np.repeat(start.with_focal(log_f)[None, None], len(focal_profile._SCATTER), axis=1)
+    )
+    fine = focal_profile.profile_around(segments, coarse)
+    assert (fine.log_f[0] + fine.log_f[-1]) / 2 == pytest.approx(coarse.best.log_f)
+    assert fine.log_f[0] < coarse.best.log_f < fine.log_f[-1] and (np.diff(fine.log_f) > 0).all()
+    assert fine.costs.min() <= coarse.costs.min() + 1e-6
+
+
+def test_a_foot_above_the_horizon_explains_nothing() -> None:
+    """Of a level camera: below the horizon a top moves with everything, above it nothing moves it."""
+    feet = np.array([[0.1, 0.2], [0.1, -0.2]])
+    tops = tops_of(feet, np.array([0.9, 0.9]), np.zeros(1), np.array([[0.0, 0.0, math.log(0.6), 0.0, 0.0]]))
+    assert np.abs(tops.by_foot[..., 0]).max() > 0.1 and np.abs(tops.by_parameter[..., 0]).max() > 0.1
+    assert not tops.by_parameter[:3, ..., 1].any() and not tops.by_lean[..., 1].any()

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from proxemetry.bodies import Bodies, Floor, Mode
+from proxemetry.camera import Camera
 from proxemetry.distances import measure_distances
 from proxemetry.locate import LocateSettings, method_named, unsure_focal
 from proxemetry.locate.scenefit import locate as fitted
@@ -104,3 +105,56 @@ def test_a_camera_that_looks_far_down_or_up_is_fitted_once(pitch_rad, level, mon
     monkeypatch.setattr(unsure_focal, "fitted", counted)
     locate(level.people, replace(level.camera, focal_rel_sd=2 * UNSURE_SD), LocateSettings())
     assert fits == [level.camera.f_px]
+
+
+@pytest.mark.parametrize("rel_sd", [0.3, 0.8])
+def test_a_crowds_depths_stretch_by_what_the_focal_lengths_differ(level, rel_sd) -> None:
+    """By the mean of (exp(z sd) - 1)^2 over the nodes, all together; nothing is added across the picture."""
+    plain = _answer(level.people, 0.0)
+    found = unsure_focal._stretched(plain, rel_sd)
+    factor = sum((math.exp(z * rel_sd) - 1) ** 2 / 6 for z in (-math.sqrt(3), math.sqrt(3)))
+    for before, after in ((plain, found), *zip(plain.modes, found.modes, strict=True)):
+        depth = np.zeros_like(before.positions_m)
+        depth[:, 2] = before.positions_m[:, 2]
+        added = after.covariance_m2 - before.covariance_m2
+        assert added == pytest.approx(factor * np.outer(depth, depth))
+
+
+def test_no_focal_length_is_tried_that_no_lens_has() -> None:
+    camera = Camera.centred(900.0, 1200, 900, focal_rel_sd=1.5)
+    tried = [unsure_focal._at(camera, z).f_px for z in (-2, -1, 0, 1, 3)]
+    assert tried == pytest.approx([8 / 36 * 1200, 8 / 36 * 1200, 900, 900 * math.exp(1.5), 2000 / 36 * 1200])
+    odd = replace(camera.with_focal(200.0), focal_rel_sd=1.5)  # a fisheye's, as stated
+    assert [unsure_focal._at(odd, z).f_px for z in (-1, 0)] == pytest.approx([200, 200])
+
+
+def test_where_one_focal_length_places_others_than_another_the_free_fit_answers(level, monkeypatch) -> None:
+    answers = iter([0, 0, 1, 0])  # the free fit, and one at each node, the second of which leaves somebody out
+    free = []
+
+    def partly(people, *_):
+        body = _answer(people, 0.0)
+        if next(answers):
+            body = replace(body, positions_m=np.where(np.arange(len(people))[:, None] == 0, np.nan, body.positions_m))
+        free.append(body)
+        return body
+
+    monkeypatch.setattr(unsure_focal, "fitted", partly)
+    assert locate(level.people, replace(level.camera, focal_rel_sd=0.5), LocateSettings()) is free[0]
+    assert len(free) == 4
+
+
+def test_the_floor_holds_those_of_the_other_focal_lengths(level) -> None:
+    def with_floor(*fields):
+        return replace(_answer(level.people, 0.0), floor=Floor(*fields) if fields else None)
+
+    fits = [with_floor(1.3, 0.1, 0.02, 0.1, 0.01, 0.01), with_floor(1.6, 0.0, 0.0, 0.2, 0.02, 0.01),
+            with_floor(2.2, -0.2, 0.0, 0.3, 0.03, 0.01)]  # fmt: skip
+    found = unsure_focal._floor(fits)
+    assert (found.height_m, found.pitch_rad) == (1.6, 0.0)
+    apart = (0.1**2 + 0.3**2) / 6 + 0.2**2 * 2 / 3 + (0.3**2 + 0.6**2) / 6
+    assert found.height_sd_m == pytest.approx(math.sqrt(apart))
+    turned = (0.01**2 + 0.1**2) / 6 + 0.02**2 * 2 / 3 + (0.03**2 + 0.2**2) / 6
+    assert found.pitch_sd_rad == pytest.approx(math.sqrt(turned))
+    assert unsure_focal._floor([fits[0], with_floor(), fits[2]]) is None
+    assert unsure_focal._floor([with_floor(), fits[1], fits[2]]) is fits[1].floor
