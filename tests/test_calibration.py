@@ -15,13 +15,13 @@ from proxemetry.calibration.homography import homography, read_homography
 from proxemetry.calibration.identity import linked
 from proxemetry.calibration.lengths import Length, with_lengths
 from proxemetry.calibration.lens import lens_of, with_open_principal
-from proxemetry.calibration.people import Gathered, from_people
+from proxemetry.calibration.people import Gathered, PeopleFit, from_people
 from proxemetry.calibration.points import FloorPoints, from_homography, from_points, open_camera
 from proxemetry.calibration.report import TAKE_POINTS, doubt_m, floor_drawn, lines_of
 from proxemetry.camera import Camera, CameraEstimate, FloorFrame, FocalSource, Mount, Source
 from proxemetry.camera.floor_view import horizon, reach, to_floor, to_pixels
 from proxemetry.camera.focal import FocalRequest
-from proxemetry.cli import main
+from proxemetry.cli import calibrate_people, main
 from proxemetry.clip.camera import told_by_people
 from proxemetry.errors import CameraError
 from proxemetry.locate import LocateSettings
@@ -465,3 +465,22 @@ def test_pitch_and_height_together_move_a_person_as_drawn_cameras_do():
     assert doubt_m(mount, 25.0) == pytest.approx(float(drawn.std()), rel=0.06)
     apart = replace(mount, covariance=tuple(map(tuple, np.diag(np.diag(spread)).tolist())))
     assert doubt_m(apart, 25.0) > 1.3 * doubt_m(mount, 25.0)
+
+
+@pytest.mark.parametrize(("focal_known", "focal_sd", "again"), [(True, math.nan, 1), (False, 0.14, 1), (False, 0.3, 0)])
+def test_people_are_followed_over_the_floor_unless_they_leave_the_focal_length_open(
+    monkeypatch, focal_known, focal_sd, again
+):
+    told = Mount(0.3, 0.0, 6.0, tuple(map(tuple, np.diag([1e-4, 1e-4, 1e-4, focal_sd**2]))), CAMERA)
+    asked = []
+
+    def from_followed(gathered, *_, **options):
+        asked.append(len(gathered))
+        assert options["focal_known"] == focal_known
+        return PeopleFit(told, 3, 20, 5, (8.0, 10.0, 12.0), ())
+
+    monkeypatch.setattr(calibrate_people, "from_people", from_followed)
+    monkeypatch.setattr(calibrate_people, "followed", lambda frames, times, mount: [np.arange(len(f)) for f in frames])
+    people = [photo(k, camera=LENS)[0] for k in range(3)]
+    calibrate_people.of_frames([(k / 5, p) for k, p in enumerate(people)], CAMERA, focal_known)
+    assert len(asked) == 1 + again

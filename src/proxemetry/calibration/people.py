@@ -32,7 +32,7 @@ _LEAST_TALL_PX = 40.0
 #: How much shorter than its parts the line from shoulder to ankle may be: walking people bend their knees.
 _STRAIGHT = 0.85
 #: A focal length that people leave open by more than this is no answer.
-_OPEN_FOCAL = 0.2
+OPEN_FOCAL = 0.2
 #: Where the focal length is unknown: a field of view of 60 degrees, and how far others are from it (logarithm).
 _FOCAL_LOG_SD = 0.5
 
@@ -212,6 +212,6 @@ def _doubts(mount: Mount, n_people: int) -> tuple[str, ...]:
     doubts: list[str] = []
     if n_people < FEW_PEOPLE:
         doubts.append(f"only {n_people} different people: it takes {FEW_PEOPLE} for statures to even out")
-    if mount.sd[3] > _OPEN_FOCAL:
+    if mount.sd[3] > OPEN_FOCAL:
         doubts.append("the people leave the focal length open: the camera looks too level, state one")
     return tuple(doubts)

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..calibration.identity import linked
-from ..calibration.people import LEAST_SEEN, Gathered, PeopleFit, from_people
+from ..calibration.people import LEAST_SEEN, OPEN_FOCAL, Gathered, PeopleFit, from_people
 from ..camera import Camera
 from ..clip.floor_identity import followed
 from ..errors import CameraError, PhotoError, SettingsError
@@ -48,12 +48,12 @@ def _of_photos(
 def of_frames(frames: list[tuple[float, People]], camera: Camera, focal_known: bool) -> PeopleFit:
     """Return the camera from frames that follow each other.
 
-    People are followed by their boxes first. Where the focal length is known, the camera found from them is good enough
-    to follow them over the floor, which loses fewer of them behind others, and they are asked again.
+    People are followed by their boxes first. Unless they leave the focal length open, the camera found from them is
+    good enough to follow them over the floor, which loses fewer of them behind others, and they are asked again.
     """
     times, seen = [now for now, _ in frames], [people for _, people in frames]
     fit = _of_people_followed(seen, linked(seen, times), camera, focal_known)
-    if not focal_known:
+    if not focal_known and fit.mount.sd[3] > OPEN_FOCAL:
         return fit
     try:
         return _of_people_followed(seen, followed(seen, times, fit.mount), camera, focal_known)
