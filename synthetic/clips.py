@@ -1,4 +1,4 @@
-"""Made-up clips: people who walk on a level floor before one camera, as keypoints in a file, and a video of nobody."""
+"""Synthetic clips: people who walk on a level floor, as keypoints in a file, and an empty video."""
 
 from __future__ import annotations
 
@@ -90,7 +90,7 @@ def recorded(
 
 def _person(body, place, joints, noise, rng, legless=False) -> dict:
     points = np.array([body[j] for j in joints])
-    # everybody faces the camera: a body's left is to the right, its front nearer
+    # everyone faces the camera: a body's left is to the right, its front nearer
     floor = np.column_stack([place[0] + points[:, 1], place[1] - points[:, 0], points[:, 2]])
     pixels = camera().project(on_floor(floor))
     tall = np.ptp(pixels[:, 1])

@@ -1,8 +1,9 @@
-"""The photos of a measured benchmark again, with made-up bodies: its places, cameras and lenses, its framing.
+"""The photos of a measured benchmark again, with synthetic bodies: its places, cameras and lenses, its framing.
 
 Every photo of the label folder is taken again with people of random build and posture at the measured places, seen by
-a detector of the kind that `synthetic_detections` describes; the bodies come from `synthetic_bodies` and share nothing
-with the method that is judged. As a library: `photos(folder, seed)` gives `SyntheticPhoto`s with the setting in `kind`.
+a detector of the kind that `synthetic/detections.py` describes; the bodies come from `synthetic/bodies.py` and share
+nothing with the method that is judged. As a library: `photos(folder, seed)` gives `SyntheticPhoto`s with the setting in
+`kind`.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Straight segments as a detector would find them, of made-up scenes whose camera is known.
+"""Straight segments as a detector would find them, of synthetic scenes whose camera is known.
 
 Segments are placed in the picture and turned towards the vanishing point of their direction in the world, as the edges
 of things are; walls are a little out of true, lenses bend, principal points are not in the middle.

@@ -22,7 +22,7 @@ _LEAST_KNEE, _MOST_LEAN = np.radians(135), np.radians(30)
 
 
 def mocap_bodies(file: Path) -> DrawBody:
-    """Return a drawer of bodies in captured upright postures; seated people are drawn as in `synthetic_bodies`."""
+    """Return a drawer of bodies in captured upright postures; seated people are drawn as in `synthetic/bodies.py`."""
     frames, names = _upright(file)
 
     def draw(rng: Rng, seated: bool) -> tuple[dict[str, FloatArray], float]:

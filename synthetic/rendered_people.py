@@ -130,7 +130,7 @@ class Bodies:
         return {joint: weights[joint] / weights[joint].sum() for joint in COCO_17.joints}
 
     def figure(self, rng: np.random.Generator) -> Figure:
-        """Return somebody grown-up who stands, arms down, feet and head somewhat anyhow."""
+        """Return an adult who stands, arms down, feet and head turned a little at random."""
         shape = self._posed(self._shape(rng), rng)[:, [2, 0, 1]]  # x left, y up, z forward
         body = sorted({vertex for face in self._groups["body"] for vertex in face})
         shape[:, 2] -= shape[body, 2].min()

@@ -50,7 +50,7 @@ SETTINGS = Settings(method="torso")
 
 
 def draw_photo(path: Path, people: People, marked: bool = True) -> None:
-    """Write a JPEG with a grey figure for everybody, and metadata that must go nowhere."""
+    """Write a JPEG with a grey figure for everyone, and metadata that must go nowhere."""
     image = Image.new("RGB", (WIDTH, HEIGHT), (205, 214, 205))
     pen = ImageDraw.Draw(image)
     pen.rectangle((0, HEIGHT * 0.55, WIDTH, HEIGHT), fill=(172, 168, 158))
@@ -124,7 +124,7 @@ def serving(application: Application) -> Iterator[tuple[str, str]]:
     """Yield the origin and the token of a page, served by a thread."""
     listener = socket.socket()
     listener.bind(("127.0.0.1", 0))
-    listener.listen()  # before anybody asks
+    listener.listen()  # before anyone asks
     host = f"127.0.0.1:{listener.getsockname()[1]}"
     app = application(TOKEN, (host, host.replace("127.0.0.1", "localhost")))
     server = uvicorn.Server(configuration(app))

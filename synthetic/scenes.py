@@ -1,4 +1,4 @@
-"""Labelled scenes made up: people of known size at known places before known cameras, and what a detector saw.
+"""Synthetic labelled scenes: people of known size at known places, known cameras, and a detector's keypoints.
 
     python -m synthetic.scenes OUT --count 200 --seed 1 --kind mixed
 

@@ -2,7 +2,7 @@
 
     python -m synthetic.street_scenes [--mocap FILE] [--count 100]
 
-Bodies and detector as in `synthetic_scenes`; a camera of 1600 x 900 pixels with f = 1266 px at 1.45 to 1.75 m, level
+Bodies and detector as in `synthetic/scenes.py`; a camera of 1600 x 900 pixels with f = 1266 px at 1.45 to 1.75 m, level
 within half a degree, over a street that is uneven by some centimetres; one in six stands on a kerb 12 cm high.
 """
 

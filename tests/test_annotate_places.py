@@ -194,7 +194,7 @@ def test_derivatives_are_those_of_the_residuals(places, seed):
 
 
 def test_stated_uncertainty_is_what_errors_are():
-    """Over 25 made-up tapings the errors of the solved distances are as large as their stated sd, and average to 0."""
+    """Over 25 simulated tapings the errors of the solved distances match their stated sd, and average to 0."""
     z = []
     for seed in range(25):
         found = solve([], taped(OUTDOOR, noise_m=0.02, seed=seed, sd_m=0.02), [])

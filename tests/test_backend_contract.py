@@ -25,7 +25,7 @@ from synthetic.network_files import dots
 SHARED = Path(__file__).resolve().parents[2] / "shared"
 PHOTOS = SHARED / "data" / "photos"
 
-#: Back ends that replay or wrap what somebody else found: tested on their own.
+#: Back ends that replay or wrap what someone else found: tested on their own.
 OF_OTHERS = ("recorded", "python", "onnx", "cross-check")
 NAMES = [name for name in BACKENDS if name not in OF_OTHERS]
 #: Back ends of generated networks, one for each decoder: on every machine the contract is tested on something.
@@ -149,7 +149,7 @@ def test_a_mirrored_photo_gives_the_mirrored_people(backend: PoseBackend, street
 
 
 def _assert_same_torsos(expected: People, found: People) -> None:
-    """Everybody whose torso one sees is where the other sees it, within a quarter of its length."""
+    """Everyone whose torso one sees is where the other sees it, within a quarter of its length."""
     neck, hip = expected.joint("neck"), expected.joint("mid_hip")
     length = np.linalg.norm(neck - hip, axis=1)
     whole = np.isfinite(length) & (expected.person_scores > 0.5)

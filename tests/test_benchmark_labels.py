@@ -152,7 +152,7 @@ def test_errata_are_found_again_from_the_geometry() -> None:
 def predicted_columns(image: object, erratum: object) -> tuple[float, float]:
     """Return the columns in which a level camera at its measured place would show the two people in question.
 
-    The camera's heading is what is unknown: it is taken from everybody whose points are not in doubt.
+    The camera's heading is what is unknown: it is taken from everyone whose points are not in doubt.
     """
     places = dict(image.places_mm)  # type: ignore[attr-defined]
     rows = [line.split(",") for line in (KORTE / TRUTH).read_text().splitlines()]

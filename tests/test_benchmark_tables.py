@@ -279,7 +279,7 @@ def test_without_a_focal_length_nobody_is_placed(tmp_path: Path) -> None:
 
 
 def fake_locate(people: People, camera: Camera, settings: LocateSettings, mount: object = None) -> Bodies:
-    """Put everybody in a row 1 m apart, 5 m away, gravity known."""
+    """Put everyone in a row 1 m apart, 5 m away, gravity known."""
     positions = np.array([(float(k), 0.2, 5.0) for k in range(len(people))]).reshape(-1, 3)
     count = len(people)
     return Bodies(

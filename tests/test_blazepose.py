@@ -93,7 +93,7 @@ def test_overlapping_boxes_become_their_weighted_mean():
 
 
 def _standing(x: float, scale: float = 1.0) -> Candidate:
-    """Somebody upright at x: head at 40, shoulders at 60, hips at 120, ankles at 220, and a silhouette to match."""
+    """Someone upright at x: head at 40, shoulders at 60, hips at 120, ankles at 220, and a silhouette to match."""
     points = np.full((33, 2), (x, 40.0))
     for joints, (aside, down) in (
         ((11, 12), (16, 60)), ((13, 14), (20, 90)), ((15, 16), (22, 115)), ((23, 24), (10, 120)),

@@ -25,7 +25,7 @@ from proxemetry.camera import Camera
 from proxemetry.people import People
 from proxemetry.people.skeleton import COCO_17
 
-#: COCO's joints of somebody upright at the origin who faces along +x, metres: x forward, y left, z up.
+#: COCO's joints of someone upright at the origin who faces along +x, metres: x forward, y left, z up.
 _UPRIGHT = np.array([
     (0.12, 0, 1.6), (0.1, 0.03, 1.64), (0.1, -0.03, 1.64), (0, 0.07, 1.62), (0, -0.07, 1.62), (0, 0.17, 1.4),
     (0, -0.17, 1.4), (0, 0.22, 1.1), (0, -0.22, 1.1), (0.1, 0.22, 0.9), (0.1, -0.22, 0.9), (0, 0.1, 0.9),
@@ -130,7 +130,7 @@ def test_the_truth_of_a_picture_has_depths_pairs_and_headings():
     truth = known_view(np.zeros((1, 1, 3), np.uint8), VIEWS[1], [_UPRIGHT, _UPRIGHT + (0.3, 0.4, 0)])
     on_floor = (middles_m(truth) @ truth.to_camera)[:, [0, 2]]
     assert np.linalg.norm(on_floor[0] - on_floor[1]) == pytest.approx(0.5)
-    # the camera stands at 100 degrees of the room, seen from somebody who faces along 0: it is to their left, they
+    # the camera stands at 100 degrees of the room, seen from someone who faces along 0: it is to their left, they
     # face the photo's
     assert np.rad2deg(headings_rad(truth)) == pytest.approx([-100, -100], abs=1e-6)
     assert next(lengths_lines([[_UPRIGHT], [_UPRIGHT]])).startswith(

@@ -293,7 +293,7 @@ def test_boxes_that_go_on_are_one_person():
 
 
 def crowd(count=20, pitch=0.3, height=5.0):
-    """Gather people of photos before one camera, everybody another one."""
+    """Gather people of photos before one camera, everyone another one."""
     gathered = Gathered()
     for seed in range(count):
         people, _ = photo(seed, count=4, pitch=pitch, height_m=height, depths_m=(7, 18))

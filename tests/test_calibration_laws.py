@@ -159,7 +159,7 @@ def test_the_command_refuses_in_one_line(tmp_path, capsys):
 
 
 def test_a_horizon_through_the_people_is_said_of_the_photo():
-    """A mount whose horizon runs through everybody's hips, of a camera that in truth looks down on them from a mast."""
+    """A mount whose horizon runs through everyone's hips, of a camera that in truth looks down on them from a mast."""
     true = math.radians(16.0)
     camera = Camera.centred(1400.0, 1600, 1200)
     people, _ = photo(1, count=6, pitch=true, height_m=7.0, camera=camera, depths_m=(18, 26))

@@ -1,4 +1,4 @@
-"""Anybody's detector as a back end: a function's answer, whatever library it comes from."""
+"""Anyone's detector as a back end: a function's answer, whatever library it comes from."""
 
 from __future__ import annotations
 

@@ -70,7 +70,7 @@ def test_the_file_has_every_frame_and_plays(made, tmp_path, capsys, monkeypatch)
     assert (capture.get(cv2.CAP_PROP_FRAME_WIDTH), capture.get(cv2.CAP_PROP_FRAME_HEIGHT)) == (640, 480)
 
 
-def test_everybody_has_a_box_of_their_track_s_colour(scene):
+def test_everyone_has_a_box_of_their_track_s_colour(scene):
     pixels, found = scene
     tracks = tracks_of(found)
     drawn = annotate.draw(pixels, found, tracks, 2.0, "show")
@@ -125,7 +125,7 @@ def test_who_is_near_is_joined_by_a_line_and_who_is_not_is_not():
     assert annotate._nearest(near, 2.0) == [(0, 1, pytest.approx(1.0))]
     assert annotate._nearest(near, 0.5) == []
     assert annotate._nearest({0: (1, 0.0, 8.0)}, 2.0) == []
-    # of three in a row everybody's nearest alone, each pair once
+    # of three in a row everyone's nearest alone, each pair once
     row = {k: (k + 1, 0.9 * k, 8.0) for k in range(3)}
     assert [(a, b) for a, b, _ in annotate._nearest(row, 2.0)] == [(0, 1), (1, 2)]
 

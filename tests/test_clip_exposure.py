@@ -113,7 +113,7 @@ def test_an_error_of_the_camera_is_shared_by_all():
     paths, weight = paths_of(side_by_side(1.5))
     shifted = list(pairs_over_time(paths, weight, [1.5], lambda p: np.broadcast_to(np.eye(2), (len(p), 2, 2))))
     (plain,) = pairs_over_time(paths, weight, [1.5])
-    assert shifted[0].near.high_m == pytest.approx(plain.near.high_m)  # everybody moves alike: no distance changes
+    assert shifted[0].near.high_m == pytest.approx(plain.near.high_m)  # everyone moves alike: no distance changes
     (scaled,) = pairs_over_time(paths, weight, [1.5], lambda p: 0.1 * p[:, :, None])
     spread = (scaled.near.high_m - scaled.near.low_m) / 2
     own = (plain.near.high_m - plain.near.low_m) / 2

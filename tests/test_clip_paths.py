@@ -246,7 +246,7 @@ def test_who_was_hidden_for_long_is_joined_from_both_sides_and_strangers_are_not
 
 
 def test_where_people_keep_appearing_a_stranger_is_likelier_than_one_who_was_hidden():
-    """The same gap is bridged in an alley and left open before a door, out of which somebody comes every second."""
+    """The same gap is bridged in an alley and left open before a door, out of which someone comes every second."""
     walker = walkers(60)[:, :1].copy()
     walker[20:38] = np.nan  # 3.6 s
     times = np.arange(60) * STEP
@@ -314,7 +314,7 @@ def test_one_person_in_two_boxes_is_one_track_and_two_who_hide_each_other_are_tw
     sure = [0.9, 0.9, 0.4]  # the third is matched last, when the others have been
     there, beside = (0.0, 8.0), (3.0, 8.0)
     assert len(track(seen_at([there, beside, (0.2, 8.1)], [box, aside, nearly], sure))) == 2
-    # far apart on the floor, or in other boxes, it is somebody else, but for the score that makes nobody sure of them
+    # far apart on the floor, or in other boxes, it is someone else, but for the score that makes nobody sure of them
     for place, other in (((0.9, 8.1), nearly), ((0.2, 8.1), aside)):
         shot = seen_at([there, beside, place], [box, [300, 50, 400, 350], other], [0.9, 0.9, 0.6])
         assert len(track(shot)) == 3

@@ -1,4 +1,4 @@
-"""`proxemetry video` from file to folder, on made-up clips: nobody looks at a network."""
+"""`proxemetry video` from file to folder, on synthetic clips: nobody looks at a network."""
 
 import csv
 import json
@@ -61,7 +61,7 @@ def table(folder, name):
         return list(csv.DictReader(file))
 
 
-def test_everybody_is_followed_and_placed(results):
+def test_everyone_is_followed_and_placed(results):
     people = table(results, "people")
     assert len(people) == 4
     assert all(int(p["n_seen"]) == FRAMES for p in people)

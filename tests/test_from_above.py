@@ -24,7 +24,7 @@ def photo():
     )
 
 
-def test_everybody_is_who_they_are_and_stands_where_they_stand(photo):
+def test_everyone_is_who_they_are_and_stands_where_they_stand(photo):
     pixels, statures_px = true_pixels(photo)
     people = true_people(pixels, statures_px, np.random.default_rng(0))
     whom = owners(people[::-1], pixels, statures_px)

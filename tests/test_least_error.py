@@ -1,4 +1,4 @@
-"""The distance of least expected relative error, for methods that state everybody's uncertainty."""
+"""The distance of least expected relative error, for methods that state everyone's uncertainty."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""The library as somebody meets it in a notebook: what is accepted, and what is refused in one line."""
+"""The library as someone meets it in a notebook: what is accepted, and what is refused in one line."""
 
 import dataclasses
 import json

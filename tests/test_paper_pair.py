@@ -106,7 +106,7 @@ def test_the_published_grouping_is_not_transitive() -> None:
 
 
 def _assert_found(points: np.ndarray, truth: list[np.ndarray], tolerance: float) -> None:
-    """Everybody of the truth is found once, with all joints that they have and no other."""
+    """Everyone of the truth is found once, with all joints that they have and no other."""
     assert len(points) == len(truth)
     for joints in truth:
         distance = np.nanmax(np.linalg.norm(points - joints, axis=-1), axis=1)

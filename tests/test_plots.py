@@ -162,7 +162,7 @@ def test_text_is_as_large_on_any_photo() -> None:
 
 def test_nearest_neighbours_first_all_pairs_on_request() -> None:
     scene = drawn_scene([(0.0, 5.0), (1.0, 5.0), (4.0, 5.0), (5.5, 5.0)], 4000, 1000)
-    # gaps 1, 3, 1.5 m: everybody's nearest are 0-1 and 2-3
+    # gaps 1, 3, 1.5 m: everyone's nearest are 0-1 and 2-3
     assert pairs_shown(scene.distances) == [(0, 1), (2, 3)]
     everything = pairs_shown(scene.distances, all_pairs=True)
     assert len(everything) == 6 and everything[:2] == [(0, 1), (2, 3)]

@@ -380,7 +380,7 @@ def test_who_is_a_little_like_somebody_surer_is_kept_and_said_doubtful() -> None
     assert 0.25 < similarity(people)[0, 1] < 0.9
     assert possible_duplicates(people).tolist() == [True, False, False, True]
     assert possible_duplicates(people[[0, 2]]).tolist() == [False, False]
-    assert possible_duplicates(people[[0, 3]]).tolist() == [False, True]  # of two alike one is somebody
+    assert possible_duplicates(people[[0, 3]]).tolist() == [False, True]  # of two alike one is someone
     assert possible_duplicates(People.none(COCO_17)).shape == (0,)
 
 

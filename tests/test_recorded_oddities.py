@@ -22,7 +22,7 @@ WIDTH, HEIGHT = 600, 800
 
 
 def standing(x: float) -> np.ndarray:
-    """Return the joints of somebody who stands upright at x in a photo of 600 x 800, shape (17, 2)."""
+    """Return the joints of someone who stands upright at x in a photo of 600 x 800, shape (17, 2)."""
     heights = [200, 190, 190, 195, 195, 250, 250, 320, 320, 380, 380, 400, 400, 500, 500, 600, 600]
     sides = [0, 8, -8, 16, -16, 40, -40, 50, -50, 55, -55, 25, -25, 25, -25, 25, -25]
     return np.stack([x + np.array(sides, dtype=float), np.array(heights, dtype=float)], axis=-1)

@@ -281,7 +281,7 @@ def test_a_correction_changes_the_numbers_at_once_and_stays(client: Client, resu
     two = next(p["id"] for p in client.http.get("/api/photos").json()["photos"] if p["photo"] == "market/two.jpg")
     before = client.photo(two)
     assert before["pairs"][0]["distance_m"] == pytest.approx(1.5, abs=0.01)
-    # half the focal length at the same pixels: everybody is half as deep, and as far apart sideways
+    # half the focal length at the same pixels: everyone is half as deep, and as far apart sideways
     after = client.act(two, "set_camera", {"focal_px": 390}).json()
     assert after["people"][0]["ground"][1] == pytest.approx(before["people"][0]["ground"][1] / 2, rel=1e-2)
     client.act(two, "remove_person", {"box": before["people"][0]["box"]})

@@ -129,7 +129,7 @@ def test_a_failed_photo_is_a_scene_too():
     assert Scene.from_json(scene.to_json()).reason == "not a photo"
     (row,) = rows("photos", scene)
     assert row["status"] == "failed"
-    # Nothing is known of it: a zero would count as an empty photo in somebody's mean.
+    # Nothing is known of it: a zero would count as an empty photo in someone's mean.
     assert {row[c] for c in ("sha256", "width_px", "height_px", "n_people", "n_pairs", "focal_px")} == {None}
     assert rows("people", scene) == [] == rows("pairs", scene)
 

@@ -171,7 +171,7 @@ def test_two_joints_of_a_head_do_not_tell_the_distance():
 
 
 def test_a_heading_along_the_line_of_sight_is_turned_into_the_cameras():
-    """Somebody 30 degrees to the right who looks at the camera faces 30 degrees to the left of its axis."""
+    """Someone 30 degrees to the right who looks at the camera faces 30 degrees to the left of its axis."""
     people, _ = photo(13, count=2)
     keypoints = (
         people.keypoints_px

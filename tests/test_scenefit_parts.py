@@ -395,7 +395,7 @@ def test_no_heading_is_surer_than_trunks_twist():
     assert (locate(stated, CAMERA, ADULTS).heading_sd_rad >= _TWIST_SD).all()
 
 
-def test_a_crops_unknown_centre_moves_everybody_aside_by_its_share_of_the_depth():
+def test_a_crops_unknown_centre_moves_everyone_aside_by_its_share_of_the_depth():
     people, _ = photo(0, noise_px=0.1)
     known, unknown = (locate(people, replace(CAMERA, principal_sd_px=s), ADULTS) for s in (0.0, 120.0))
     aside = unknown.position_sd_m[:, 0] ** 2 - known.position_sd_m[:, 0] ** 2

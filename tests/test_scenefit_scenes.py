@@ -1,4 +1,4 @@
-"""The joint fit on made-up scenes that share nothing with it, and on the benchmark's own points where these are."""
+"""The joint fit on synthetic scenes that share nothing with it, and on the benchmark's own points where these are."""
 
 from pathlib import Path
 

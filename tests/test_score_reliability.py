@@ -51,7 +51,7 @@ def test_a_photo_has_no_say_in_its_own_curve() -> None:
 
 
 def _person(x: float, y: float, neck_px: float = 20.0) -> np.ndarray:
-    """Joints of somebody upright whose ears are at (x, y): only what the labels' parts need."""
+    """Joints of someone upright whose ears are at (x, y): only what the labels' parts need."""
     points = np.full((17, 2), np.nan)
     points[[3, 4]] = (x - 5, y), (x + 5, y)
     points[[5, 6]] = (x - 15, y + neck_px), (x + 15, y + neck_px)

@@ -81,7 +81,7 @@ LENGTH = 0.9
 
 
 def top(log_f: float, values: np.ndarray) -> np.ndarray:
-    """Where somebody's top is by plain projection; values: the five parameters, foot, lean to the side and ahead."""
+    """Where someone's top is by plain projection; values: the five parameters, foot, lean to the side and ahead."""
     pitch, roll, log_ratio, cx, cy, u, v, sideways, onwards = values
     f, sin, cos = math.exp(log_f), math.sin, math.cos
     up = np.array([sin(roll) * cos(pitch), -cos(roll) * cos(pitch), -sin(pitch)])

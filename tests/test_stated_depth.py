@@ -121,7 +121,7 @@ def test_the_evidence_row_is_student_t_with_the_right_derivative(shift):
 
 
 def test_depth_counts_from_the_camera_along_its_axis():
-    """Somebody off to the side is nearer along the axis than in a straight line: the axis is what is meant."""
+    """Someone off to the side is nearer along the axis than in a straight line: the axis is what is meant."""
     bodies = _located(_stating(TRUE_M))
     far = np.argmax(np.abs(bodies.positions_m[:, 0]))
     straight = np.linalg.norm(bodies.positions_m[far])

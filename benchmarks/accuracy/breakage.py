@@ -1,9 +1,9 @@
-"""What breaks the joint fit, and how its intervals react: one assumption is violated at a time.
+"""Robustness of the joint fit: one assumption is violated at a time, and its errors and intervals are measured.
 
     python -m benchmarks.accuracy.breakage [--count 40]
 
-Photos of made-up groups by cameras of every kind (24 to 50 mm); each row changes one thing about the world, the
-detector or what the method is told.
+Photos of synthetic groups by cameras of every kind (24 to 50 mm); each row changes one thing about the world, the
+detector or the settings of the method.
 """
 
 from __future__ import annotations

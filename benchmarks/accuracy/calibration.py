@@ -1,4 +1,4 @@
-"""Do the stated probabilities hold? The reliability curve of the joint fit's intervals, over scenes it never saw.
+"""Do the stated probabilities hold? The reliability curve of the joint fit's intervals, on unseen scenes.
 
     python -m benchmarks.accuracy.calibration --labels DIR [--mocap FILE] [--repeats 2] [--figure OUT.png]
 
@@ -34,7 +34,7 @@ def sets(labels: Path, mocap: Path | None, repeats: int) -> dict[str, Iterator[S
     body = mocap_bodies(mocap) if mocap else drawn_body
     return {
         "measured layouts": chain(*(photos(labels, SEED + k, body=body) for k in range(repeats))),
-        "made-up groups, all cameras": scenes(40 * repeats, SEED, Recipe(focal_mm=(24.0, 35.0, 50.0, 85.0))),
+        "synthetic groups, all cameras": scenes(40 * repeats, SEED, Recipe(focal_mm=(24.0, 35.0, 50.0, 85.0))),
         "street": street_photos(20 * repeats, SEED, body, Detector(outliers=0.04, floor_px=0.8)),
     }
 

@@ -4,8 +4,8 @@
 
 The joints are CMU Panoptic's, triangulated from many cameras' detections, so they are where detectors place them; they
 are projected into the high-definition cameras with the true intrinsics and moved by `--noise` times 1 % of the body's
-height. Joints outside a picture are unseen. How these six people sit was looked at when the scene fit's table of
-postures was made; their places and the cameras were not. The room's y axis points down.
+height. Joints outside a picture are unseen. The postures of these six people were known when the scene fit's table of
+postures was made; their places and the cameras were not used. The room's y axis points down.
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
-"""Densities of trajectories, ours against PedPy's (https://pedpy.readthedocs.io), which must be installed for this.
+"""Densities along trajectories, ours and those of PedPy (https://pedpy.readthedocs.io), which must be installed.
 
     python -m benchmarks.accuracy.clip_density OBSMAT [--every 5]
 
-OBSMAT is a scene's `obsmat.txt` (frame, id, x, z, y; metres). The floor is the convex hull of all places with half a
-metre about it, the region a square of 6 m in its middle.
+OBSMAT is a scene's `obsmat.txt` (frame, id, x, z, y; metres). The floor is the convex hull of all places with a margin
+of half a metre, the region a square of 6 m in its middle.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Who walks together, on trajectories with annotated groups: leaving one scene out each time.
+"""Detection of groups on trajectories with annotated groups; each scene is held out in turn.
 
     python -m benchmarks.accuracy.clip_groups DATA [--fit]
 

@@ -1,12 +1,12 @@
-"""Who is who on real paths seen by made-up eyes: identities kept, switches and speed of the tracker on the floor.
+"""Tracking on real paths with a simulated detector: identities kept, identity switches, and speed.
 
     python -m benchmarks.accuracy.clip_tracking DATA [--fps 5] [--seeds 2]
 
-DATA is a folder of scenes with `obsmat.txt`, as `clip_groups` reads them (ETH, UCY): real people's paths in metres, who
-meet, overtake and stand about. A camera on a mast sees them as boxes, and places on the floor with errors along the
-line of sight: a little from frame to frame, more by an uneven floor, which puts everybody wrong alike who stands there,
-and now and then one that is far too near or too far, as of a body that is cut off. Who is covered by a person in front
-is mostly not found. No back end is asked. IDF1 and switches are those of MOT Challenge, counted over sightings.
+DATA is a folder of scenes with `obsmat.txt`, as `clip_groups` reads them (ETH, UCY): paths in metres of real people
+who meet, overtake and stand about. A camera on a mast sees them as boxes, and as places on the floor with errors along
+the line of sight: small ones from frame to frame, larger ones from an uneven floor, which are the same for everyone who
+stands there, and occasional gross errors, as of a body that is cut off. People hidden by a person in front of them are
+mostly not found. No back end is used. IDF1 and switches are those of MOT Challenge, counted over sightings.
 """
 
 from __future__ import annotations
@@ -30,8 +30,8 @@ from proxemetry.clip.sightings import Chain, Sightings
 from proxemetry.overlap import areas_of, shared_areas
 
 _STEP_S, FOCAL_PX = 0.4, 1190.0
-#: What the made-up eyes do, as shares of the distance along the line of sight: from frame to frame, by the floor, and
-#: where a sighting goes wrong; how often one does, and how often somebody in full view is missed. Across it in pixels.
+#: What the synthetic eyes do, as shares of the distance along the line of sight: from frame to frame, by the floor, and
+#: where a sighting goes wrong; how often one does, and how often someone in full view is missed. Across it in pixels.
 DEPTH_SD, FLOOR_SD, WILD_SD, WILD_SHARE, MISSED, ACROSS_PX = 0.006, 0.013, 0.06, 0.03, 0.05, 2.0
 _BOX_PX = 2.0
 _WIDTH_SHARE = 0.33
@@ -75,7 +75,7 @@ def mast(places_m: FloatArray) -> tuple[Mount, FloatArray]:
 def seen_by(
     mount: Mount, foot_m: FloatArray, times: FloatArray, there: list[tuple[NDArray[np.intp], FloatArray]], seed: int
 ) -> list[Seen]:
-    """Return every frame as the made-up eyes see it."""
+    """Return every frame as the synthetic eyes see it."""
     rng = np.random.default_rng(seed)
     statures: dict[int, float] = {}
     frames: list[Seen] = []

@@ -1,13 +1,13 @@
-"""Clips end to end against PETS 2009 S2.L1, view 1: distances, seconds near each other, who is who, speed.
+"""Clips end to end against PETS 2009 S2.L1, view 1: distances, seconds near each other, identities, speed.
 
     python -m benchmarks.accuracy.clips FOLDER [--pose yolox-tinypose] [--camera people points exact]
 
 FOLDER holds the data set's files (`benchmarks/accuracy/pets.py`). Everything is done by the commands that users have,
-from the video's own pixels: `proxemetry video` with the camera told by the people (focal length known), with a mount
-that `proxemetry calibrate --points` makes of four points (2 px clicks, 0.1 m tape), and with the data set's own
-calibration. Truth are the annotated boxes' lower edges on the data set's floor, which is a plane: good to 0.1-0.2 m.
-Seconds within X are counted over annotated pairs, frame by frame. IDF1, switches and MOTA are those of MOT Challenge,
-from the tracks' boxes.
+from the video's own pixels: `proxemetry video` with the camera estimated from the people (focal length known), with a
+mount that `proxemetry calibrate --points` makes from four points (2 px clicks, 0.1 m tape), and with the data set's own
+calibration. The truth is where the lower edges of the annotated boxes meet the data set's floor, a plane: accurate to
+0.1-0.2 m. Seconds within X are counted over annotated pairs, frame by frame. IDF1, switches and MOTA are those of MOT
+Challenge, from the tracks' boxes.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ def main() -> None:
     )
     parser.add_argument("--out", type=Path)
     parser.add_argument("--jobs", type=int, default=2)
-    parser.add_argument("--seed", type=int, default=0, help="of the clicks")
+    parser.add_argument("--seed", type=int, default=0, help="seed of the simulated clicks")
     args = parser.parse_args()
     out = args.out or Path(tempfile.mkdtemp())
     clip = _first_frames(args.folder, out)
@@ -117,7 +117,7 @@ def _first_frames(folder: Path, out: Path) -> Path:
 
 
 def write_clicks(path: Path, calibration: Calibration, seed: int) -> None:
-    """Write four points of the floor as somebody with a mouse and a tape would find them."""
+    """Write four points of the floor as someone with a mouse and a tape would find them."""
     rng = np.random.default_rng(seed)
     clicked = calibration.project(POINTS_M) + rng.normal(0, CLICK_PX, (4, 2))
     taped = POINTS_M + rng.normal(0, TAPE_M, (4, 2))

@@ -51,7 +51,7 @@ def main() -> None:
     parser.add_argument("--postures", default="standing,seated")
     parser.add_argument("--children", type=float, default=0.0, metavar="SHARE")
     parser.add_argument("--body-size", default="adults")
-    parser.add_argument("--layouts", metavar="CSV", help="ground truth file whose places to use")
+    parser.add_argument("--layouts", metavar="CSV", help="ground truth file whose places are used")
     args = parser.parse_args()
     methods = args.methods.split(",")
     assert set(methods) <= set(METHODS)

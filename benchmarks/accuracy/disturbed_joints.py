@@ -1,7 +1,7 @@
-"""Known joints as a back end would see them: with its noise, and with habits that it has with rendered people.
+"""Known joints as a back end would find them: with its noise and its systematic errors on rendered people.
 
 The noise is that of the back end's row in `keypoint_noise.toml`: the spread of each joint, more of it from above, the
-floor in pixels, and lengths that are seen too long or too short at all of a person's joints (`common`). Half of its
+floor in pixels, and an error of scale common to all joints of a person (`common`). Half of its
 variance is the same for all people of a photo. A face that looks away shows no eyes and no nose, and a far ear is
 hidden.
 """
@@ -23,7 +23,7 @@ from proxemetry.people.skeleton import COCO_17, kind_of
 _STATURE_M = 1.7
 #: What a joint scores that is seen: the median of both back ends in `calibrated_views.py` is 0.88 and 0.76.
 _SCORE = 0.8
-#: The share of the noise's variance that everybody in a photo has in common: assumed; three people then tell half of
+#: The share of the noise's variance that everyone in a photo has in common: assumed; three people then tell half of
 #: what they would if each erred for themselves, where `alike` of the rows says a third.
 _SHARED = 0.5
 #: How far past the profile a face still shows nose and eyes, and its far ear, as cosines of the angle to the sight

@@ -1,13 +1,13 @@
-"""A camera that stays: pair errors by how its place is known, on a real clip with truth.
+"""Fixed cameras: pair errors by how the camera's place is known, on a real clip with known positions.
 
     python -m benchmarks.accuracy.fixed_camera --data DIR [--keypoints FILE] [--pose yolox-tinypose] [--every 3]
 
 DIR is the folder of PETS 2009 S2.L1 view 1 (`fixed_camera_data`). Every pair of people whose detections show two boxes
-of the truth enters the errors, frame by frame, nothing smoothed. Rows: nothing known of the camera's place; the people
-of all frames together, who is who found by overlapping boxes, with the focal length known or not; four points of the
-floor in the picture, clicked to 2 px and taped to 5 cm, ten times; the calibration itself. But for the last the
-principal point is taken to be the picture's middle, within one per cent of its width (it is 60 px off). The mount's
-uncertainty is carried into every interval.
+of the truth enters the errors, frame by frame, nothing smoothed. Rows: nothing known about the camera's place;
+estimated from the people of all frames, matched by overlapping boxes, with the focal length known or not; from four
+points on the floor, clicked to 2 px and taped to 5 cm, ten times; the calibration itself. In all but the last row the
+principal point is taken to be the middle of the picture, within one per cent of its width (it is 60 px off). The
+mount's uncertainty is carried into every interval.
 """
 
 from __future__ import annotations
@@ -111,11 +111,9 @@ def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--data", type=Path, required=True)
-    parser.add_argument(
-        "--keypoints", type=Path, help="recorded keypoints of the frames, instead of looking for people"
-    )
+    parser.add_argument("--keypoints", type=Path, help="recorded keypoints of the frames, instead of a back end")
     parser.add_argument("--pose", default="yolox-tinypose")
-    parser.add_argument("--every", type=int, default=3, help="of every second frame, which ones to measure")
+    parser.add_argument("--every", type=int, default=3, help="measure every n-th of every second frame")
     args = parser.parse_args()
     true = pets_camera(args.data / "calibration_tsai.xml")
     detect = recorded_detector(args.keypoints) if args.keypoints else clip_detector(args.data / "vtest.avi", args.pose)

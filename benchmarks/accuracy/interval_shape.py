@@ -1,4 +1,4 @@
-"""Central or shortest? How often 90 % intervals of a distance cover it, for people side by side, anywhere, in a row.
+"""Central or shortest intervals: how often 90 % intervals hold the distance of people side by side, anywhere, in line.
 
     python -m benchmarks.accuracy.interval_shape
 

@@ -2,7 +2,7 @@
 
     python -m benchmarks.accuracy.korte_tables ../shared/data/korte --write docs/benchmark.md
 
-replaces what stands between the markers `<!-- tables -->` and `<!-- end of tables -->`.
+replaces the text between the markers `<!-- tables -->` and `<!-- end of tables -->`.
 """
 
 from __future__ import annotations
@@ -89,7 +89,7 @@ def by_distance(result: Score) -> str:
 
 
 def paper_table(name: str, scores: dict[str, Score]) -> str:
-    """Return one of the paper's tables for the methods that place anybody."""
+    """Return one of the paper's tables for the methods that place anyone."""
     placing = {method: result for method, result in scores.items() if result.overall.n_pairs}
     return markdown(list(csv.reader(io.StringIO(make_table(name, placing).to_csv()))))
 

@@ -1,10 +1,10 @@
-"""Telephotos from above, feet seen and hidden: what straight lines tell of the pitch, and what that does to distances.
+"""Telephotos from above, with feet visible and hidden: what straight lines contribute to the pitch and the distances.
 
     python -m benchmarks.accuracy.long_lenses --labels DIR [--repeats 6] [--seed 300] [--exact]
 
-The elevated photos of a measured benchmark's layouts, taken again with made-up bodies before buildings that stand
-anyhow, as in `scene_fit --lines`; only these, so that there are more of them. `--exact` adds what a pitch that is told
-within half a degree would do, the most that lines could.
+The elevated photos of a measured benchmark's layouts, simulated with synthetic bodies in front of buildings at
+random angles, as in `scene_fit --lines`; only these photos, so that there are more of them. `--exact` adds rows with
+the pitch known to half a degree, the most that lines could contribute.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Seven real cameras and where people really stood before them, with made-up bodies: mounts that the people tell.
+"""Mounts estimated from people: seven real cameras, real positions of people, synthetic bodies.
 
     python -m benchmarks.accuracy.mounts_from_people --data DIR [--frames 60] [--judged 12] [--noise 0.5]
 
@@ -6,8 +6,9 @@ DIR is WILDTRACK's calibrations and positions (`fixed_camera_data`). Bodies and 
 share nothing with the fit; a person keeps one body in all frames. The focal length is given, and the principal point
 too, unless --principal middle takes it to be the picture's (it is up to 96 px off). Pair errors of frames that did not
 calibrate: each frame by itself, with the people's mount, with the true one. z: how many stated standard deviations
-pitch and log height are off. --habits draws for every row how high its detector sees each kind of joint, of all people
-alike, as detectors do: without it the made-up one is better than any, and the stated deviations look too large.
+pitch and log height are off. --habits draws for every row a systematic error in the height of each kind of joint, the
+same for all people, as real detectors have: without it the simulated detector is better than any real one, and the
+stated deviations look too large.
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
-"""One in a photo holds an odd posture: how far off is their depth, do intervals hold, and do the others keep theirs?
+"""One person of three in an odd posture: the error of their depth, their interval, and the effect on the others.
 
     python -m benchmarks.accuracy.odd_postures [--count 60]
 
 Three people 5 to 14 m away; the first rides a bicycle, stoops, squats, sits, lies on the ground or is a child. Bodies
-and detector as in `synthetic_scenes`; nothing is shared with the method.
+and detector as in `synthetic/scenes.py`; nothing is shared with the method.
 """
 
 from __future__ import annotations
@@ -32,17 +32,17 @@ CAMERA = Camera.centred(1800, 1920, 1080)
 
 
 def standing(rng: Rng, build: Build) -> Joints:
-    """Return somebody who stands or walks."""
+    """Return a person who stands or walks."""
     return pose_joints(build, draw_posture(rng, False))
 
 
 def seated(rng: Rng, build: Build) -> Joints:
-    """Return somebody on a chair."""
+    """Return a person on a chair."""
     return pose_joints(build, draw_posture(rng, True))
 
 
 def riding(rng: Rng, build: Build) -> Joints:
-    """Return somebody on a bicycle, the lower pedal some 11 cm above the road."""
+    """Return a person on a bicycle, the lower pedal some 11 cm above the road."""
     turn = math.cos(rng.uniform(0, 2 * math.pi))
     thighs = (math.radians(52 + 24 * turn), math.radians(52 - 24 * turn))
     knees = (math.radians(75 + 35 * turn), math.radians(75 - 35 * turn))
@@ -52,12 +52,12 @@ def riding(rng: Rng, build: Build) -> Joints:
 
 
 def stooping(rng: Rng, build: Build) -> Joints:
-    """Return somebody bent forward by some 60 degrees."""
+    """Return a person bent forward by some 60 degrees."""
     return pose_joints(build, replace(draw_posture(rng, False), lean=math.radians(rng.normal(60, 10))))
 
 
 def squatting(rng: Rng, build: Build) -> Joints:
-    """Return somebody on their haunches."""
+    """Return a person on their haunches."""
     thighs, knees = np.radians(rng.normal(105, 10, 2)), np.radians(rng.normal(135, 8, 2))
     lean = math.radians(rng.normal(25, 10))
     posture = replace(draw_posture(rng, False), lean=lean, thighs=tuple(thighs), knees=tuple(knees))
@@ -65,7 +65,7 @@ def squatting(rng: Rng, build: Build) -> Joints:
 
 
 def lying(rng: Rng, build: Build) -> Joints:
-    """Return somebody flat on the ground: on the back mostly, on the belly or on a side."""
+    """Return a person flat on the ground: on the back mostly, on the belly or on a side."""
     way = rng.choice(["back", "belly", "side"], p=[0.56, 0.14, 0.3])
     tip = {"back": ("y", -math.pi / 2), "belly": ("y", math.pi / 2), "side": ("x", math.pi / 2)}[str(way)]
     joints = {name: rotation(*tip) @ (point - (0.0, 0.0, 0.9)) for name, point in standing(rng, build).items()}

@@ -1,13 +1,13 @@
-"""The focal length of a folder of stripped photos of one shoot: what the people of all of them tell, simulated.
+"""The focal length of one shoot's photos without metadata, estimated from the people in all of them; simulated.
 
     python -m benchmarks.accuracy.one_shoot [--shoots 12] [--photos 20] [--people 8]
                                           [--mocap ../shared/data/mocap/cmu_subjects_01-03_12fps_joints_m.npz]
 
-A shoot has one camera and lens, carried about: pitch, roll, height and the way it looks differ from photo to photo. The
-same people recur, four to a photo, standing and walking as captured ones did with --mocap, with 3 px of noise a joint
-in photos of 4160 x 2768. One line a mean pitch: how many shoots get an answer, how far off it is, how often its 90 %
-interval holds the truth, and the errors in stated standard deviations, root mean square, of all shoots, answered or
-not. With --stranger one photo in each is of a lens twice as long.
+A shoot has one hand-held camera and lens: pitch, roll, height and direction differ from photo to photo. The same people
+recur, four to a photo, standing and walking as captured ones did with --mocap, with 3 px of noise a joint in photos of
+4160 x 2768. One line for each mean pitch: how many shoots get an answer, how far off it is, how often its 90 % interval
+holds the truth, and the errors in stated standard deviations, root mean square, of all shoots, answered or not. With
+--stranger, one photo of each shoot was taken with a lens twice as long.
 """
 
 from __future__ import annotations

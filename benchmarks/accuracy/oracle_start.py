@@ -1,9 +1,9 @@
-"""What could a better start give? The joint fit from its own coarse start, and from the truth itself.
+"""How much could a better start gain? The joint fit from its own coarse start, and from the truth itself.
 
     python -m benchmarks.accuracy.oracle_start --labels DIR [--repeats 2]
 
-No start that is learned can be nearer than the truth: camera, places, headings and postures as they are. Whatever the
-two answers differ by is all that a network trained to start the fit could gain.
+No learned start can be nearer than the truth: camera, places, headings and postures as they are. The difference between
+the two answers is the most that a network trained to start the fit could gain.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""PETS 2009 S2.L1, view 1: the clip, who is where in it, and its camera, read from the data set's own files.
+"""PETS 2009 S2.L1, view 1: the clip, the people's positions and the camera, read from the data set's own files.
 
 The folder holds `vtest.avi` (OpenCV's copy of the clip), `truth_frames_0-399.csv` (frame, t_s, person, box_x0, box_y0,
 box_x1, box_y1, x_m, y_m) and `calibration_tsai.xml`, the calibration that the data set gives.

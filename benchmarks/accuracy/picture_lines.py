@@ -1,10 +1,10 @@
-"""Gravity and focal length from straight segments: York Urban's pictures, and made-up scenes of every kind.
+"""Gravity and focal length from straight segments: York Urban's pictures, and synthetic scenes of every kind.
 
     python -m benchmarks.accuracy.picture_lines [--york segments.npz] [--scenes 60] [--seed 100]
 
 York's file holds per picture NAME the arrays NAME_segments_px (N, 4) and NAME_vp_directions (3, M) (columns are unit
-directions, y up); its camera is in the code. Two truths stand beside each other there, the labelled vertical and the
-labels turned to right angles. `scaled` is the coverage after intervals were scaled to hold 90 % of every other picture,
+directions, y up); its camera is in the code. There are two truths for them: the labelled vertical, and the labels
+turned to right angles. `scaled` is the coverage after intervals were scaled to hold 90 % of every other picture,
 measured on the rest: it shows whether the constants fit these pictures alone.
 """
 
@@ -92,7 +92,7 @@ def _pitch(down: FloatArray) -> float:
 
 
 def scene_cases(kind: str, count: int, seed: int) -> Iterator[Case]:
-    """Yield made-up pictures of a kind; their principal point is not told."""
+    """Yield synthetic pictures of a kind; their principal point is not told."""
     rng = np.random.default_rng([seed, list(KINDS).index(kind)])
     for _ in range(count):
         scene = line_scene(kind, rng)

@@ -1,15 +1,15 @@
-"""Three people in a room of calibrated cameras, level to looking steeply down: how far they and the cameras are off.
+"""Three people in a room with calibrated cameras, level to steep: errors of the people's and the cameras' places.
 
     python -m benchmarks.accuracy.room_views ../shared/data/panoptic_poses --mocap FILE [--seed 2] [--bands]
 
 The cameras are CMU Panoptic's 31 high-definition ones: 0.7 to 3.4 m high, -15 to 53 degrees down, rolled by up to 7.
 `standing`: three people of the synthetic population in captured upright postures (`synthetic/mocap.py`), 0.5 to 1.5 m
-around a point near the room's middle, more or less facing it. Folder names: the three people whose joints were measured
-there, who sit. Focal length given, the camera's place not.
+around a point near the room's middle, more or less facing it. Folder names stand for the three seated people
+whose joints were measured there. The focal length is given, the camera's place is not.
 
-Joints: as they are (`true`), or disturbed as a back end's row says (`disturbed_joints.py`), noise at the measured size
-and at half of it, which is about what calibrated photos show (`benchmarks/networks/calibrated_views.py`), without, with
-half and with all of the habits that rendered people show. Nothing was chosen on `band2` and on seed 2.
+Joints: as they are (`true`), or disturbed by a back end's row (`disturbed_joints.py`), with the measured noise and with
+half of it, which is about what calibrated photos show (`benchmarks/networks/calibrated_views.py`), each without, with
+half and with all of the systematic errors on rendered people. Nothing was chosen on `band2` or on seed 2.
 """
 
 from __future__ import annotations
@@ -148,7 +148,7 @@ def main() -> None:
     parser.add_argument("--mocap", type=Path, required=True)
     parser.add_argument("--seed", type=int, default=2)
     parser.add_argument("--repeat", type=int, default=3)
-    parser.add_argument("--bands", action="store_true", help="a line for each band of pitches too")
+    parser.add_argument("--bands", action="store_true", help="print a line for each band of pitches too")
     args = parser.parse_args()
     folders = sorted(p for p in args.poses.iterdir() if p.is_dir())
     views = views_of(next(folders[0].glob("calibration_*.json")))

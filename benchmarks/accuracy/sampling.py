@@ -132,7 +132,7 @@ def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--labels", type=Path, required=True)
-    parser.add_argument("--every", type=int, default=4, help="take every so manieth photo")
+    parser.add_argument("--every", type=int, default=4, help="take every n-th photo")
     parser.add_argument("--samples", type=int, default=150)
     args = parser.parse_args()
     rng = np.random.default_rng(0)

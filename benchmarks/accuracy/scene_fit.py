@@ -1,4 +1,4 @@
-"""The joint fit beside the paper's estimators on the layouts of a measured benchmark, taken again with made-up bodies.
+"""The joint fit and the paper's estimators on the layouts of a measured benchmark, simulated with synthetic bodies.
 
     python -m benchmarks.accuracy.scene_fit --labels DIR [--repeats 2] [--bodies synthetic|mocap FILE] [--lines]
 
@@ -46,7 +46,7 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--methods", nargs="+", default=METHODS)
     parser.add_argument("--body-size", default=LocateSettings().body_size)
-    parser.add_argument("--lines", action="store_true", help="the scene fit again, with what straight lines tell")
+    parser.add_argument("--lines", action="store_true", help="the scene fit also with gravity from straight lines")
     args = parser.parse_args()
     body = mocap_bodies(args.mocap) if args.mocap else drawn_body
     sets = (p for k in range(args.repeats) for p in photos(args.labels, args.seed + k, body=body))

@@ -1,9 +1,10 @@
-"""How well people alone tell the focal length: simulated scenes over pitch and number of people.
+"""Focal lengths estimated from people alone: simulated scenes by pitch and number of people.
 
-Statures spread by 4.6 %, every point has 3 px of noise per axis, people stand where the camera sees them whole, 3 to
-15 m away. How much 3 px are depends on the photo: the default is the size of the KORTE benchmark's, `--size 1920x1080`
-that of a video frame. Errors are given for the scenes that got an answer, and for all of them as if none had been
-declined. With `--mocap FILE` people stand and walk as captured ones did, men and women as in `synthetic_bodies.py`.
+Statures spread by 4.6 %, every point has 3 px of noise per axis, people stand where the camera sees them whole, 3 to 15
+m away. How much that is depends on the photo: the default size is that of the KORTE benchmark's photos, `--size
+1920x1080` that of a video frame. Errors are given for the scenes that got an answer, and for all of them as if none had
+been declined. With `--mocap FILE` people stand and walk as captured ones did, men and women as in
+`synthetic/bodies.py`.
 
     python -m benchmarks.accuracy.self_calibration [--scenes N] [--lean DEGREES] [--size WxH]
                                           [--mocap ../shared/data/mocap/cmu_subjects_01-03_12fps_joints_m.npz]
@@ -109,7 +110,7 @@ def row(
 def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--scenes", type=int, default=100, help="scenes a cell")
+    parser.add_argument("--scenes", type=int, default=100, help="scenes in each cell of the table")
     parser.add_argument("--lean", type=float, default=0.0, help="standard deviation of people's lean, degrees")
     parser.add_argument("--pitch", type=int, nargs="+", default=PITCHES_DEG, metavar="DEGREES")
     parser.add_argument("--people", type=int, nargs="+", default=COUNTS, metavar="COUNT")

@@ -1,10 +1,10 @@
-"""Do the other stated probabilities hold? Zones, groups, headings, statures, floors, and focal lengths that are unsure.
+"""Do the other stated probabilities hold? Zones, groups, headings, statures, floors and uncertain focal lengths.
 
     python -m benchmarks.accuracy.soundness [--count 300] [--method scene]
 
-Made-up groups before all cameras (`synthetic_scenes.py`), on seeds that no constant was chosen on; `calibration.py` has
-the intervals of distances at every level. A focal length with a standard deviation of s is the true one times e^x, x
-normal with that deviation, and is stated so: what `--assume-fov` says of itself.
+Synthetic groups in front of all cameras (`synthetic/scenes.py`), on seeds that no constant was chosen on;
+`calibration.py` has the intervals of distances at every level. A focal length with a standard deviation of s is the
+true one times e^x, x normal with that deviation, and is stated so, as `--assume-fov` does.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ def truly_grouped(photo: SyntheticPhoto, i: int, j: int) -> bool:
 
 
 def note_people(tally: Tally, photo: SyntheticPhoto, bodies: Bodies) -> None:
-    """Note how far off everybody's place, heading and stature are, and the camera's height and pitch."""
+    """Note how far off everyone's place, heading and stature are, and the camera's height and pitch."""
     for row, owner in enumerate(photo.owners):
         if not bodies.placed[row]:
             continue

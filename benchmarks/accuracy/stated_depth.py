@@ -2,12 +2,12 @@
 
     python -m benchmarks.accuracy.stated_depth [--photos 150] [--labels DIR] [--within 0.02] [--wrong 1.5]
 
-Made-up photos of people whom neither the bodies nor the detector of the fit made (`synthetic.scenes`), all of them and
-those whose people all stand within 10 m; with --labels also the layouts of the measured benchmark. The true focal
+Synthetic photos whose bodies and detector share nothing with the fit (`synthetic.scenes`): all of them, and those whose
+people all stand within 10 m; with --labels also the layouts of the measured benchmark. The true focal
 length is given. Rows: nothing stated; every person's depth right within 2 % (--within; evenly spread); with a normal
-error of that standard deviation; then the latter with one person's depth multiplied by --wrong, stated as sure as the
-others: how far everybody else moves, how much the pairs among them, and in how many photos the contradiction is said of
-that person and of anybody else.
+error of that standard deviation; then the latter with one person's depth multiplied by --wrong, stated as surely as
+the others: how far everyone else moves, how much the distances among them change, and in how many photos the
+contradiction is reported for that person and for anyone else.
 """
 
 from __future__ import annotations
@@ -122,9 +122,9 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=0)
     args = parser.parse_args()
     made_up = list(scenes(args.photos, args.seed))
-    report("made-up photos", made_up, args.within, args.wrong, args.seed)
+    report("synthetic photos", made_up, args.within, args.wrong, args.seed)
     near = [photo for photo in made_up if photo.positions_m[:, 2].max() <= _NEAR_M]
-    report(f"of these, everybody within {_NEAR_M:g} m", near, args.within, args.wrong, args.seed)
+    report(f"of these, everyone within {_NEAR_M:g} m", near, args.within, args.wrong, args.seed)
     if args.labels:
         report("measured layouts", list(photos(args.labels, args.seed)), args.within, args.wrong, args.seed)
 

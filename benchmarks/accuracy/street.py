@@ -3,12 +3,12 @@
     python -m benchmarks.accuracy.street --data DIR [--pose yolox-tinypose,blazepose] [--methods torso,combined,scene]
 
 DIR holds photos of a car's cameras with two files of truth in the camera frame: nuscenes_mini_pedestrians.json and
-kitti_000000_pedestrian.json. The cameras are known exactly. The truth's boxes are those around the projected boxes in
-space, wider than the person and blind to what hides them: a person counts as found where a result's box lies in the
-truth's for the most part and is at least 40 % as tall; of several the one nearest to its middle. Everyone found enters
-the errors, whatever their distance says.
+kitti_000000_pedestrian.json. The cameras are known exactly. The true boxes enclose the projected boxes in space:
+they are wider than the person and ignore what hides them. A person counts as found where most of a result's box lies in
+the true box and it is at least 40 % as tall; of several, the one nearest to its middle. Everyone found enters the
+errors, whatever their distance.
 
-The truth files are believed only after a check: the boxes in space, projected, must fall onto the boxes in the photo.
+The truth files are checked first: the boxes in space, projected, must fall onto the boxes in the photo.
 """
 
 from __future__ import annotations
@@ -121,7 +121,7 @@ def found_rows(people: People, street: Street) -> list[tuple[int, int]]:
 
 @dataclass(frozen=True, eq=False)
 class Depths:
-    """Depths of everybody found: truth, answer (NaN: not placed) and standard deviation in metres, shape (N,) each."""
+    """Depths of everyone found: truth, answer (NaN: not placed) and standard deviation in metres, shape (N,) each."""
 
     truth_m: FloatArray
     found_m: FloatArray
@@ -176,7 +176,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--data", type=Path, default=Path("../shared/data/street_sample"))
     add_models_option(parser)
-    parser.add_argument("--pose", default="", help="names with commas between; all at hand without it")
+    parser.add_argument("--pose", default="", help="comma-separated names (default: all that are available)")
     parser.add_argument("--methods", default=",".join(METHODS))
     parser.add_argument("--effort", default="normal")
     args = parser.parse_args()

@@ -1,11 +1,11 @@
-"""Pedestrians before a camera on a mast: small people seen from above, with their places on the floor known.
+"""Pedestrians in front of a camera on a mast: small people seen from above, whose places on the floor are known.
 
     python -m benchmarks.accuracy.surveillance [--data ../shared/data/video/pets] [--models DIR] [--pose A,B]
 
 PETS 2009, view 1 (`vtest.avi`, 768 x 576): a camera 7 m high that looks down by 16 degrees, people 17 to 35 m away and
-some 80 px tall. Truth are the authors' boxes of the first 400 frames, whose lower ends lie on the floor by Tsai's
-calibration, right to 0.1 to 0.2 m. The focal length is given, the camera's place is not. One frame in twenty is taken;
-neighbouring frames show the same people again, so that shares are less sure than their number says.
+some 80 px tall. The truth is the authors' boxes of the first 400 frames, whose lower edges lie on the floor of Tsai's
+calibration, accurate to 0.1 to 0.2 m. The focal length is given, the camera's place is not. One frame in twenty is
+taken; neighbouring frames show the same people again, so the shares are less certain than their number suggests.
 
 `alike` of `keypoint_noise.toml` was chosen with these frames in view; nothing else was.
 """
@@ -146,7 +146,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--data", type=Path, default=Path("../shared/data/video/pets"))
     add_models_option(parser)
-    parser.add_argument("--pose", default="", help="names with commas between; all at hand without it")
+    parser.add_argument("--pose", default="", help="comma-separated names (default: all that are available)")
     parser.add_argument("--effort", default="thorough")
     args = parser.parse_args(arguments)
     mast = read_mast(args.data / "calibration_tsai.xml")

@@ -1,4 +1,4 @@
-"""Places from made-up tapings of KORTE's outdoor shoot: errors, intervals, and whether a slip of the tape is found.
+"""Places from simulated tape measurements of KORTE's outdoor shoot: errors, intervals, and whether blunders are found.
 
 python -m benchmarks.accuracy.taped_places --count 20
 """
@@ -69,7 +69,7 @@ def row(n_tapes: int, slip_m: float, count: int) -> list[str]:
 def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--count", type=int, default=20, help="tapings a row")
+    parser.add_argument("--count", type=int, default=20, help="simulated measurements for each row")
     count = parser.parse_args().count
     heads = (
         "tapes", "slip", "marks without a place", "median error", "in 90 %", "slip named", "among several",

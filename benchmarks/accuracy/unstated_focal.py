@@ -1,9 +1,9 @@
-"""Made-up photos whose focal length nobody states: how many pairs their intervals hold, and how wide they are.
+"""Synthetic photos of unknown focal length: how often intervals of distances hold, and how wide they are.
 
     python -m benchmarks.accuracy.unstated_focal [--scenes 150] [--seed 0]
 
 Cameras are drawn as published photos may be taken: phones, zooms of 24-70 and 70-200 mm. The rows are the focal length
-known, the prior alone, with straight lines (a building or floor before the camera, in any of its ways) and with people.
+known, the prior alone, with straight lines (a building or floor in front of the camera, at any angle) and with people.
 """
 
 from __future__ import annotations

@@ -1,18 +1,18 @@
-"""What every pose back end at hand finds on labelled photos, how well its joints lie, and how long it takes.
+"""What every available pose back end finds on labelled photos, how accurate its joints are, and how long it takes.
 
     python -m benchmarks.networks.backends --photos DIR [--labelled DIR] [--models DIR] [--pose A,B] [--write]
 
 --photos: photos and people.json: for each photo its people with head and mid-shoulder in pixels, a box and a difficulty
 (clear or hard), and zones of real but unlabelled people. A person is found where a result's head and mid-shoulder both
-lie within one head-to-shoulder distance of a label's; another result inside a labelled box is a double, any other one
-false, but for small ones in those zones.
+lie within one head-to-shoulder distance of a label's; another result inside a labelled box is a double, any other
+is false, except small ones in those zones.
 
 --labelled: hand-labelled joints (`labelled_people`). Of the people found there: the share of joints within 0.1 and 0.2
 torsos of the label (one not found counts as wrong), and the median ratio of lengths, found to labelled, of torso,
 shoulders, hips and ears.
 
 Times are processor time a photo, of one process with one thread and of two at once (half of each one's, what two
-workers take for a photo), so that what else the machine does counts less. With --street the depth errors of
+workers take for a photo), so that other programs on the machine matter less. With --street the depth errors of
 street.py follow. --write puts the table into docs/backends_measured.md.
 """
 
@@ -166,7 +166,7 @@ def main() -> None:
     parser.add_argument("--labelled", type=Path, default=Path("../shared/data/labelled_people"))
     parser.add_argument("--street", type=Path, help="the folder of street.py")
     add_models_option(parser)
-    parser.add_argument("--pose", default="", help="names with commas between; all at hand without it")
+    parser.add_argument("--pose", default="", help="comma-separated names (default: all that are available)")
     parser.add_argument("--effort", default="normal")
     parser.add_argument("--write", action="store_true", help="put the table into docs/backends_measured.md")
     args = parser.parse_args()

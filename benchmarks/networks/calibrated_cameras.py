@@ -1,4 +1,4 @@
-"""Cameras calibrated together, and people's joints out of what all of them see: the truth for any single picture."""
+"""Cameras calibrated together, and people's joints triangulated from all of them: the truth for each single picture."""
 
 from __future__ import annotations
 
@@ -197,7 +197,7 @@ def _joining(views: Sequence[View], seen: Sequence[People], joints_m: FloatArray
 
 
 def turned_to_meet(views: Sequence[View], people: Sequence[Sequence[Sighting]]) -> list[View]:
-    """Return the cameras turned, each about its own place, until the sight lines of everybody's joints meet best.
+    """Return the cameras turned, each about its own place, until the sight lines of everyone's joints meet best.
 
     Cameras that were calibrated once are knocked since, by some tenths of a degree; where they stand changes less.
     Gauss-Newton's steps with Cauchy's weights, the joints eliminated; sight lines miss joints by about a centimetre.

@@ -1,21 +1,21 @@
-"""Photos by four calibrated cameras at once: what single pictures say, against where joints' sight lines meet.
+"""Photos by four calibrated cameras at once: each picture measured by itself, against joints triangulated from all.
 
     python -m benchmarks.networks.calibrated_views WHEEL [--trials Trial_1,Trial_2] [--pose A,B]
 
 WHEEL is that of the package `pose2sim` (`pip download --no-deps pose2sim`, BSD-3, of D. Pagnon): a man walks on a beam
-and loses his balance before four cameras 1.7 to 2.1 m above it that look down by 18 to 25 degrees, two of them turned
-about their axes by 13 and 26 degrees; in two pictures a woman stands behind, on a lower floor. In the second trial a
-drawn woman stands before the same pictures. Ten moments of each are taken.
+and loses his balance in front of four cameras 1.7 to 2.1 m above it that look down by 18 to 25 degrees, two of them
+turned about their axes by 13 and 26 degrees; in two pictures a woman stands behind him, on a lower floor. In the second
+trial a woman is drawn into the same pictures. Ten moments of each are taken.
 
 The truth: joints as the back ends' answers for all views together have them (`calibrated_cameras.py`), with the cameras
 turned by 0.4 to 0.8 degrees until the first trial's sight lines meet. No picture counts for more than another, so
-habits of a back end that depend on the view show, and those that do not show in lengths only. Each picture is then
-measured by itself, focal length given, the camera's place not; and again with what straight lines tell of it, as
-`proxemetry measure` would. `true` are the same joints, moved by 0.5 % of the stature. Pictures of turned cameras are
-measured as they are, and turned upright; only upright ones count in the lines by posture.
+systematic errors of a back end that depend on the view show, and those that do not show in lengths only. Each picture
+is then measured by itself, with the focal length given but not the camera's place; and again with gravity from straight
+lines, as `proxemetry measure` would. `true` are the same joints, moved by 0.5 % of the stature. Pictures of turned
+cameras are measured as they are, and turned upright; only upright ones count in the lines by posture.
 
-One man, one motion: neighbouring moments are much alike, so that the figures are less sure than their number says. The
-two floors, 0.35 m apart, are one to the fit: pairs bear that.
+One man, one motion: neighbouring moments are very similar, so the figures are less certain than their number suggests.
+The fit takes the two floors, 0.35 m apart, for one: this adds to the errors of pairs.
 """
 
 from __future__ import annotations
@@ -64,7 +64,7 @@ _LEANING = np.deg2rad(20.0)
 class KnownView:
     """One picture and its truth; see `known_people.KnownPhoto`.
 
-    level: whether the camera is not turned about its axis. leaning: whether anybody leans.
+    level: whether the camera is not turned about its axis. leaning: whether anyone leans.
     """
 
     camera_name: str
@@ -110,7 +110,7 @@ def _as_wide(frame: RGBArray, width: int) -> RGBArray:
 
 
 def sightings_of(views: Sequence[View], seen: dict[str, list[People]]) -> list[list[Sighting]]:
-    """Return everybody of a moment, as all back ends saw them in all views; the first back end tells who is who."""
+    """Return everyone of a moment, as all back ends saw them in all views; the first back end tells who is who."""
     first = next(iter(seen))
     found: list[list[Sighting]] = []
     for rows in together(views, seen[first]):
@@ -168,7 +168,7 @@ def known_views(
 def seen_together(
     views: Sequence[View], moments: Sequence[Sequence[RGBArray]], witnesses: dict[str, PoseBackend]
 ) -> list[list[list[Sighting]]]:  # fmt: skip
-    """Return by moment everybody as they were seen in all views."""
+    """Return by moment everyone as they were seen in all views."""
     found: list[list[list[Sighting]]] = []
     for pictures in moments:
         seen = {name: [b.detect(Photo.from_array(p)) for p in pictures] for name, b in witnesses.items()}
@@ -177,7 +177,7 @@ def seen_together(
 
 
 def joints_of(views: Sequence[View], people: Sequence[Sequence[Sighting]]) -> list[FloatArray]:
-    """Return the joints of everybody who is seen in two views at least."""
+    """Return the joints of everyone who is seen in two views at least."""
     found = [triangulated(views, s, min(3, len({one.view for one in s}))) for s in people]
     return [joints for joints in found if np.isfinite(joints[[5, 6, 11, 12]]).all()]
 
@@ -187,8 +187,8 @@ def lengths_lines(truth: Sequence[Sequence[FloatArray]]) -> Iterator[str]:
     moments, mean and standard deviation: bones do not change."""
     ends = {"torso": ([5, 6], [11, 12]), "shoulders": ([5], [6]), "hips": ([11], [12]), "thigh": ([11], [13]),
             "shank": ([13], [15]), "ears": ([3], [4])}  # fmt: skip
-    everybody = [sorted(people, key=lambda at: float(np.nanmean(at[:, 0]))) for people in truth]
-    for same in zip(*everybody, strict=False):
+    everyone = [sorted(people, key=lambda at: float(np.nanmean(at[:, 0]))) for people in truth]
+    for same in zip(*everyone, strict=False):
         at, parts = np.array(same), list[str]()
         for name, (a, b) in ends.items():
             length = 100 * np.linalg.norm(at[:, a].mean(axis=1) - at[:, b].mean(axis=1), axis=1)
@@ -197,7 +197,7 @@ def lengths_lines(truth: Sequence[Sequence[FloatArray]]) -> Iterator[str]:
 
 
 def leans(joints_m: Sequence[FloatArray]) -> bool:
-    """Return whether anybody's trunk leans by more than `_LEANING`; joints (17, 3) in the room's frame."""
+    """Return whether anyone's trunk leans by more than `_LEANING`; joints (17, 3) in the room's frame."""
     trunks = np.array([at[[5, 6]].mean(axis=0) - at[[11, 12]].mean(axis=0) for at in joints_m])
     return bool((np.arctan2(np.linalg.norm(trunks[:, :2], axis=1), trunks[:, 2]) > _LEANING).any())
 
@@ -223,7 +223,7 @@ def report(pictures: Sequence[KnownView], backends: dict[str, PoseBackend]) -> N
             whom = owners(people, pixels, statures_px)
             count(tallies.setdefault(picture.camera_name, Tally()), picture, people, whom)
             if picture.level:
-                posture = "somebody leans" if picture.leaning else "nobody leans"
+                posture = "someone leans" if picture.leaning else "nobody leans"
                 count(tallies.setdefault(posture, Tally()), picture, people, whom)
                 mount = mount_from_lines(picture, people)
                 count(tallies.setdefault(f"{posture}, with lines", Tally()), picture, people, whom, mount)
@@ -241,7 +241,7 @@ def main() -> None:
     parser.add_argument("--trials", default="Trial_1,Trial_2")
     parser.add_argument("--moments", type=int, default=10, help="how many of each trial, at most ten")
     add_models_option(parser)
-    parser.add_argument("--pose", default="", help="names with commas between; all at hand without it")
+    parser.add_argument("--pose", default="", help="comma-separated names (default: all that are available)")
     args = parser.parse_args()
     if not args.wheel.is_file():
         raise SystemExit(f"{args.wheel} is not there: pip download --no-deps pose2sim gets it")

@@ -1,7 +1,7 @@
-"""Doubtful people made out of photos of real ones: legs behind a wall, posters, statues, the same person twice.
+"""Doubtful people composed from photos of real ones: legs behind a wall, posters, statues, the same person twice.
 
-They show whether rules hold on the kind that they are made for. They are not photos of such things: a real poster is
-printed, lit and seen from the side, a real statue has no real body's folds.
+They show whether a rule works on the kind of picture that it was made for. They are not photos of such things: a real
+poster is printed, lit and seen from the side, and a real statue does not have the folds of real clothes.
 """
 
 from __future__ import annotations

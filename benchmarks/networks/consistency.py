@@ -1,17 +1,18 @@
-"""Do intervals hold where a back end looks at the same photo twice? Real photos, no truth needed.
+"""Do intervals hold where the same photo is measured twice? Real photos; no truth is needed.
 
     python -m benchmarks.networks.consistency [--photos DIR ...] [--models DIR] [--pose A,B] \\
         [--write docs/backends_measured.md]
 
 A second look shows the photo's mirror image, its mirror image at 0.7 of the size, half the size, 0.7 of the size, moved
-by a few pixels, or without a margin; or another back end looks. Both looks are placed with the same camera, the assumed
-one where the photo says nothing, and their people are paired. The table gives the share of near pairs (nearer than 3.66
-m, the end of Hall's social zone) whose second distance lies in the first's 90 % interval, and the reverse; how wide the
-intervals are; and the share of headings that agree within 1.645 of the larger of their standard deviations.
+by a few pixels, or without a margin; or another back end is used. Both looks are placed with the same camera (the
+assumed one where the photo states none), and their people are paired. The table gives the share of near pairs (nearer
+than 3.66 m, the end of Hall's social zone) whose second distance lies in the first's 90 % interval, and the reverse;
+how wide the intervals are; and the share of headings that agree within 1.645 of the larger of their standard
+deviations.
 
-What both looks get wrong alike does not show: a share of 90 % is necessary, not enough. Two looks that differ by no
-more than half of what each states (the other half is what bodies themselves leave open) lie in each other's interval
-more often than 90 %.
+Errors that both looks share do not show: a share of 90 % is necessary, not sufficient. Two looks that differ by at most
+half of what each states (the other half is the uncertainty about bodies) lie in each other's interval more often than
+90 %.
 """
 
 from __future__ import annotations
@@ -242,7 +243,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--photos", type=Path, nargs="+", default=PHOTOS)
     add_models_option(parser)
-    parser.add_argument("--pose", default="", help="names with commas between; all at hand without it")
+    parser.add_argument("--pose", default="", help="comma-separated names (default: all that are available)")
     parser.add_argument("--effort", default="normal")
     parser.add_argument("--write", type=Path, metavar="PAGE", help=f"put the table between {START} and {END}")
     args = parser.parse_args()

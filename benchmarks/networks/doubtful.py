@@ -1,10 +1,10 @@
-"""Which doubtful people are marked, and how many real ones are: on your photos and on what is made of them.
+"""How many doubtful people and how many real people are marked: on your photos and on pictures composed from them.
 
     python -m benchmarks.networks.doubtful --people DIR --things DIR [--pictured DIR] [--pose NAME]... [--half report]
 
---people: photos in which everybody found is a person (where labels say who is not, see `backends.py`). Besides
-themselves they give doubtful people by composition (`composed_people`): legs behind a wall, posters, grey statues, the
-same person twice. --things: pictures without people, real or pictured, places for posters among them. --pictured:
+--people: photos in which everyone found is a person (where labels say who is not, see `backends.py`). Doubtful people
+are also composed from them (`composed_people`): legs behind a wall, posters, grey statues, the same person twice.
+--things: pictures without people, real or pictured, some of them backgrounds for posters. --pictured:
 paintings, drawings, statues, dolls. --half: photos go to the halves "choose" and "report" by their files' hashes;
 thresholds are looked at on the first and counted on the second.
 

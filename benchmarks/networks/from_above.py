@@ -1,4 +1,4 @@
-"""Rendered people before cameras from eye level to looking down by 53 degrees: joints, distances and intervals by view.
+"""Rendered people seen from eye level to 53 degrees above: joints, distances and intervals by view.
 
     python -m benchmarks.networks.from_above WHEEL [--count 54] [--pose A,B]
 
@@ -8,8 +8,8 @@ those who show shoulders and hips in part; doubled and other people; the ratio o
 them the error of joints, in percent of the stature: the median of its size, the mean downwards in the picture, and the
 mean towards the other side's joint. `true` are the rendered joints themselves, moved by 0.5 % of the stature.
 
-No network was trained on rendered people, and what goes wrong from above goes wrong more here than on photos: read the
-lines against one another and against `true`. `from_above` of `keypoint_noise.toml` comes from here.
+No network was trained on rendered people, and errors from above are larger here than on photos: compare the lines with
+one another and with `true`. `from_above` of `keypoint_noise.toml` comes from here.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ def main() -> None:
     parser.add_argument("--count", type=int, default=54)
     parser.add_argument("--seed", type=int, default=1)
     add_models_option(parser)
-    parser.add_argument("--pose", default="", help="names with commas between; all at hand without it")
+    parser.add_argument("--pose", default="", help="comma-separated names (default: all that are available)")
     args = parser.parse_args()
     names = args.pose.split(",") if args.pose else available()
     backends = {name: backend_named(name, PoseOptions()) for name in names}

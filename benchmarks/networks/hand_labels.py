@@ -1,7 +1,7 @@
-"""Joints that people labelled by hand, beside what a back end sees of the same people.
+"""Joints labelled by hand, and those that a back end finds of the same people.
 
 The folders are public sets' own files in COCO's form (`../shared/data/labelled_people`): COCO, CrowdPose, OCHuman,
-PoseTrack18, AI Challenger, JHMDB, MPII. What a set calls otherwise, or places elsewhere than COCO does, is left out:
+PoseTrack18, AI Challenger, JHMDB, MPII. Joints that a set defines differently from COCO are left out:
 the hips of MPII and JHMDB, and necks and tops of heads, which COCO's 17 do not have.
 """
 
@@ -119,7 +119,7 @@ def _in_order(names: Sequence[str], labels: FloatArray) -> FloatArray:
 
 
 def pairs(backend: PoseBackend, truth: Mapping[Path, People]) -> list[Pair]:
-    """Return everybody whom both the labels and the back end have."""
+    """Return everyone whom both the labels and the back end have."""
     found: list[Pair] = []
     for path, labelled in truth.items():
         found += matched(path.name, labelled, backend.detect(Photo.open(path)))

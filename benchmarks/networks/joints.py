@@ -1,4 +1,4 @@
-"""How well the people that a back end found fit hand-labelled joints: PCK, and lengths against the labels'."""
+"""Agreement of found people with hand-labelled joints: PCK, and lengths relative to the labels'."""
 
 from __future__ import annotations
 

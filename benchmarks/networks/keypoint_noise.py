@@ -1,16 +1,16 @@
-"""What a back end's joints are worth: the rows of `keypoint_noise.toml`.
+"""The noise of a back end's joints: the rows of `keypoint_noise.toml`.
 
     python -m benchmarks.networks.keypoint_noise --pose NAME [--labels DIR] [--repeat DIR] [--models DIR]
 
 From hand-labelled people (`hand_labels`): how far each kind of joint lies from its label by score and by size in the
 photo (`proxemetry.people.keypoint_noise` has the law); by how much lengths between joints differ from the labelled ones
-for everybody (`scale`), and from person to person beyond what the noise of their ends explains (`common`). Errors have
-Student's tails, as the scene fit has them. Kinds of joint are taken together where the labels are few: all of the head,
-shoulders, hips, knees with ankles and what is below them. The annotators' own scatter is in it, so the rows are a
+for everyone (`scale`), and from person to person beyond what the noise of their ends explains (`common`). Errors have
+Student's tails, as the scene fit has them. Kinds of joint are pooled where labels are few: all of the head, shoulders,
+hips, knees with ankles and what is below them. The annotators' own scatter is in it, so the rows are a
 little too wide where scores are high.
 
 With --repeat the photos of a folder are shown in other ways (`consistency`), and a comment says which part of the law's
-noise differs from look to look: the rest is the network's own opinion of a person, which no second look reveals.
+noise differs from look to look: the rest is the same in every look, so that no second look reveals it.
 """
 
 from __future__ import annotations
@@ -148,7 +148,7 @@ def main() -> None:
     """Print the row of a back end as it stands in `keypoint_noise.toml`."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--labels", type=Path, default=Path("../shared/data/labelled_people"))
-    parser.add_argument("--repeat", type=Path, help="photos to look at again and again")
+    parser.add_argument("--repeat", type=Path, help="photos to measure repeatedly")
     add_models_option(parser)
     parser.add_argument("--pose", required=True)
     parser.add_argument("--effort", default="normal")

@@ -1,4 +1,4 @@
-"""Pictures of people whose joints are known in space: who of them was found, and how right the answers are.
+"""Pictures of people whose joints are known in space: which of them were found, and how accurate the results are.
 
 Shared by `from_above.py`, whose people are rendered, and `calibrated_views.py`, whose people were seen by several
 cameras at once.
@@ -23,7 +23,7 @@ from proxemetry.people.skeleton import COCO_17, kind_of
 
 _STATURE_M = 1.7
 _TO_90 = 1.645
-#: Somebody is a known person where half of the joints lie nearer than this to theirs, in statures.
+#: Someone is a known person where half of the joints lie nearer than this to theirs, in statures.
 _SAME = 0.12
 #: A known person who shows so many of the five joints of the frame can be found.
 _ENOUGH_OF_FRAME = 3
@@ -159,7 +159,7 @@ def _apart(people: People, pixels: FloatArray, statures_px: FloatArray) -> Float
 
 
 def true_people(pixels: FloatArray, statures_px: FloatArray, rng: np.random.Generator) -> People:
-    """Return the known of whom three joints are in the picture, as somebody would see them who errs by 0.5 % of the
+    """Return the known of whom three joints are in the picture, as someone would see them who errs by 0.5 % of the
     stature."""
     moved = pixels + rng.normal(0, 0.005, pixels.shape) * statures_px[:, None, None]
     moved = moved[np.isfinite(moved).all(axis=-1).sum(axis=1) >= 3]

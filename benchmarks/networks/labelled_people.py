@@ -1,7 +1,8 @@
-"""Hand-labelled joints of seven public sets, read as one: whose joints they are, under this package's names.
+"""Hand-labelled joints of seven public sets, read in one form under this package's joint names.
 
-The folder is that of `--labelled`: a folder a set with a COCO-form JSON file beside the pictures (MPII's in its own
-form), as MMPose's test data has them. Sets label different joints; a joint under the same name is the same place.
+The folder is that of `--labelled`: one folder for each set, with a COCO-form JSON file beside the pictures (MPII's in
+its own form), as MMPose's test data has them. Sets label different joints; a joint under the same name is the same
+place.
 """
 
 from __future__ import annotations
@@ -54,7 +55,7 @@ class LabelledPerson:
 
 @dataclass(frozen=True)
 class LabelledPicture:
-    """One picture of a set and its labelled people; whether everybody in it is labelled is the set's own matter."""
+    """One picture of a set and its labelled people; whether everyone in it is labelled is the set's own matter."""
 
     set_name: str
     path: Path

@@ -1,4 +1,4 @@
-"""More networks for a benchmark than those in the cache: the option, and what it does."""
+"""The option that gives a benchmark more networks than those in the cache."""
 
 from __future__ import annotations
 

@@ -3,12 +3,12 @@
     python -m venv DIR && DIR/bin/pip install . rtmlib onnx onnxruntime
     DIR/bin/python -m benchmarks.networks.rtmlib_side_by_side --photos DIR --models DIR
 
-rtmlib and onnx are needed for this script alone. The models' folder holds yolox_nano.onnx and tinypose_256x192.onnx;
+Only this script needs rtmlib and onnx. The models' folder holds yolox_nano.onnx and tinypose_256x192.onnx;
 the latter's heatmaps are turned into RTMPose's form, two SimCC vectors a joint, by nodes added to its graph, so that
-both libraries decode what RTMPose networks answer. A ready RTMPose file is taken with --pose FILE instead.
+both libraries decode RTMPose's form of output. --pose FILE takes a ready RTMPose file instead.
 
-rtmlib counts positions from the middle of a pixel and we from its corner: half a pixel is taken off before comparing.
-It is given BGR for the detector and RGB for the pose network, as these networks want, and people's boxes alone.
+rtmlib counts positions from the middle of a pixel and we from its corner: half a pixel is subtracted before comparing.
+It receives BGR for the detector and RGB for the pose network, as these networks need, and only people's boxes.
 """
 
 from __future__ import annotations

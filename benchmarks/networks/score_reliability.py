@@ -1,20 +1,20 @@
-"""What a person's score and a joint's score are worth: how many of those who score so much are real, and how far off.
+"""Reliability of scores: the share of real people by person score, and the error of joints by joint score.
 
     python -m benchmarks.networks.score_reliability --photos DIR --pose NAME [--models DIR] [--effort normal]
 
-DIR is the folder of backends.py, which says who is a label's person, a double or false. The thresholds are lowered to
-`--least` first and suspicion looks everywhere, since of those who pass them hardly anybody is false. People in the
-zones of real but unlabelled ones count for nothing.
+DIR is the folder of backends.py, which defines who is a labelled person, a double or false. The thresholds are lowered
+to `--least` and all tiles are searched, since hardly anyone above the usual thresholds is false. People in the zones of
+real but unlabelled ones are not counted.
 
-Per bin of scores it prints the share of labelled people with Wilson's 90 % interval, taken over people as if each
-were a photo of their own, and the probability that a logistic curve of the score gives them which was fitted on all
-other photos. Below that stand Brier scores, of everybody and of those whom the back end would have kept: of the raw
+Per bin of scores it prints the share of labelled people with Wilson's 90 % interval, as if each person were
+in a photo of their own, and the probability from a logistic curve of the score that was fitted on all other photos.
+Below that are Brier scores, of everyone and of those whom the back end would have kept: of the raw
 score as it is, of that curve, and of one number for all, the share of the other photos. A curve is worth having where
 it beats that number.
 
-The joints' table is of the middle of the shoulders, whose score is the lower of both, against its label: of people
-found by their heads alone, so that no large error keeps itself out. The unit is the label's way from head to
-shoulders, of which a hand label is itself worth a tenth or so.
+The table of joints is about the middle of the shoulders (its score is the lower of the two) and its label: of people
+matched by their heads alone, so that large errors are not excluded. The unit is the labelled distance from head to
+shoulders; a hand label itself is accurate to about a tenth of it.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ _SLOPE_SD = 10.0
 
 @dataclass(frozen=True)
 class Candidates:
-    """Everybody who scored at all: shape (N,) each. photos numbers the photo; what is `backends.verdicts`'s word."""
+    """Everyone who scored at all: shape (N,) each. photos numbers the photo; what is `backends.verdicts`'s word."""
 
     scores: FloatArray
     what: NDArray[np.str_]
@@ -78,7 +78,7 @@ def loosened(name: str, options: PoseOptions, least: float) -> tuple[PoseBackend
 
 
 def candidates(seen: Sequence[People], labels: Sequence[Mapping[str, Any]]) -> Candidates:
-    """Return everybody in all photos but those whom the labels say nothing of."""
+    """Return everyone in all photos but those whom the labels say nothing of."""
     what = [verdicts(people, label) for people, label in zip(seen, labels, strict=True)]
     numbers = np.repeat(np.arange(len(seen)), [len(people) for people in seen])
     all_of = Candidates(
@@ -113,7 +113,7 @@ def logistic_curve(scores: FloatArray, are_real: NDArray[np.bool_]) -> tuple[flo
 
 
 def left_out(found: Candidates) -> FloatArray:
-    """Return everybody's probability from the curve of the other photos, shape (N,)."""
+    """Return everyone's probability from the curve of the other photos, shape (N,)."""
     chances = np.full(len(found.scores), np.nan)
     for photo in np.unique(found.photos):
         here = found.photos == photo

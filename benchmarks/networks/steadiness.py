@@ -1,9 +1,9 @@
-"""How well the embedded back end's torso lengths and eye distances repeat, and what each further look is worth.
+"""Repeatability of the embedded back end's torso lengths and eye distances, and what each further look adds.
 
     python -m benchmarks.networks.steadiness --photos DIR [--most 6]
 
-Every found person is looked at again in squares that lie a little aside, are a little larger or smaller, and are
-mirrored every other time, as a detection in the next photo of the same scene would lie. Torso lengths (middle of the
+Every person found is detected again in crops that are slightly shifted, slightly larger or smaller, and mirrored every
+other time, as a detection in the next photo of the same scene would be. Torso lengths (middle of the
 shoulders to middle of the hips) and eye distances then scatter around a person's own mean; printed is the median over
 people of that scatter, relative to the mean, for the mean of 1, 2 and 6 looks: a single look, effort normal (a look and
 its mirror image), effort thorough. Eyes are those of the landmark network, and the pupils of face mesh and iris from
@@ -74,7 +74,7 @@ def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--photos", type=Path, default=Path("../shared/data/photos"))
-    parser.add_argument("--most", type=int, default=6, help="people a photo, the surest")
+    parser.add_argument("--most", type=int, default=6, help="people a photo at most, those with the best scores")
     args = parser.parse_args()
     backend = backend_named("blazepose", PoseOptions(threads=1))
     assert isinstance(backend, BlazePose)

@@ -2,7 +2,7 @@
 
     python -m benchmarks.robustness.clip_kills [--kills 10] [--frames 400]
 
-The clip and its keypoints are made up; `proxemetry video` is started, killed with SIGKILL after a random time, and
+The clip and its keypoints are synthetic; `proxemetry video` is started, killed with SIGKILL after a random time, and
 started again, until it ends by itself.
 """
 
@@ -30,7 +30,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--kills", type=int, default=10)
     parser.add_argument("--frames", type=int, default=400)
-    parser.add_argument("--longest-s", type=float, default=8.0, help="a run is killed within so many seconds")
+    parser.add_argument("--longest-s", type=float, default=8.0, help="kill each run within this many seconds")
     args = parser.parse_args()
     with tempfile.TemporaryDirectory() as scratch:
         folder = Path(scratch)

@@ -1,9 +1,9 @@
-"""What a photo of a crowd takes: processor time and peak memory, by the number of people.
+"""Processor time and peak memory for photos of crowds, by the number of people.
 
     python -m benchmarks.robustness.crowds [--people 50 200 600 2000] [--unknown-camera]
 
-Made-up people stand on a floor before a pitched camera, 0.8 to 1.5 m apart, with keypoints a pixel or two off. Each
-size runs in a process of its own: camera, places, distances, groups, the row of a results folder and its JSON.
+Synthetic people stand on a floor in front of a pitched camera, 0.8 to 1.5 m apart, with keypoints a pixel or two off.
+Each size runs in a process of its own: camera, places, distances, groups, the row of a results folder and its JSON.
 """
 
 from __future__ import annotations

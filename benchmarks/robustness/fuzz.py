@@ -2,11 +2,12 @@
 
     python -m benchmarks.robustness.fuzz [--inputs 10000] [--seed 0] [--kinds recording,labels,...] [--show 20]
 
-Files start from whole ones; a seeded generator then replaces values, breaks structure, cuts, flips and repeats bytes.
-What must not happen is counted: a traceback, a message of several lines, more than ten seconds of processor time, more
-than 2 GB of memory, and an answer called "ok" with a distance that is not finite, negative, or outside its interval.
+A seeded generator takes whole files and replaces values, breaks structure, cuts, flips and repeats bytes. Counted is
+what must not happen: a traceback, a message of several lines, more than ten seconds of processor time, more than 2 GB
+of memory, and an answer called "ok" with a distance that is not finite, negative, or outside its interval.
 
-Inputs run in worker processes, each with a limit on its memory, so that what ends a process is counted as well.
+Inputs run in worker processes, each with a limit on its memory, so that an input that ends its process is counted as
+well.
 """
 
 from __future__ import annotations
@@ -216,7 +217,7 @@ def main() -> int:
     parser.add_argument("--inputs", type=int, default=10_000)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--kinds", default=",".join(WHOLE))
-    parser.add_argument("--show", type=int, default=20, help="faults that are printed whole")
+    parser.add_argument("--show", type=int, default=20, help="number of faults to print in full")
     args = parser.parse_args()
     started = time.monotonic()
     shown = 0

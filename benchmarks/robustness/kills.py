@@ -2,9 +2,9 @@
 
     python -m benchmarks.robustness.kills [--photos 2000] [--kills 20] [--engine local|ray] [--seed 1]
 
-Worker, parent and both are killed in turn with SIGKILL, over small photos with recorded keypoints. A worker that is
-killed costs the run nothing; after the parent is killed the same command is given again. Linux only (reads /proc).
-Exits with 1 where a photo is missing, double or failed, or anything temporary is left.
+Worker, parent and both are killed in turn with SIGKILL, over small photos with recorded keypoints. A killed
+worker costs the run nothing; after the parent is killed, the same command is given again. Linux only (reads /proc).
+Exits with 1 if a photo is missing, duplicated or failed, or if any temporary file is left.
 """
 
 from __future__ import annotations

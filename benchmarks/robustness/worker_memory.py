@@ -1,4 +1,4 @@
-"""The memory of one worker over many photos: as a run of `proxemetry measure --jobs 1` has it, a line every so often.
+"""Memory of one worker over many photos, in a run of `proxemetry measure --jobs 1`; a line every so often.
 
     python -m benchmarks.robustness.worker_memory PHOTOS [--photos 20000] [--side 320] [--pose auto] [--effort fast]
 

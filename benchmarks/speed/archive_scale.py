@@ -1,13 +1,12 @@
-"""A million finished photos: how long a resumed run takes to begin, the tables to be made, a summary to be read.
+"""A million measured photos: time until a resumed run starts, to write the tables, and to print a summary.
 
     python -m benchmarks.speed.archive_scale [--photos 1000000] [--folder DIR]
 
 Photos are sparse files of different sizes, never opened since they are finished; their parts are those of 256 photos
 with recorded keypoints, one to four people each, under other names and with other distances. One part is left out, so
 that the run has something to begin with. What is timed are whole commands, from the start of their process: of a run
-to its first photo measured, of a summary to its end. Clock times are those of the machine as busy as it is; processor
-times (all processes of the command) say what a quiet one could do. With --folder the archive is kept there and used
-again.
+to its first photo measured, of a summary to its end. Clock times depend on what else the machine does; processor times
+(of all processes of the command) show what an idle one could do. With --folder the archive is kept there and reused.
 """
 
 from __future__ import annotations

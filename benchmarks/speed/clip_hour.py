@@ -1,4 +1,4 @@
-"""An hour of made-up people, from scenes on: how much memory and time following, smoothing and counting take.
+"""An hour of synthetic people, from scenes on: memory and time of tracking, smoothing and counting.
 
     python -m benchmarks.speed.clip_hour [--minutes 60] [--people 12] [--fps 5]
 

@@ -1,10 +1,10 @@
-"""What a network's convolutions in 8 bits save: processor time a run, from how many weights on, in interleaved runs.
+"""Time saved by convolutions in 8 bits: processor time a run by the least number of weights, in interleaved runs.
 
     python -m benchmarks.speed.eight_bits [--networks A.tflite,B.tflite] [--models DIR] [--least 1,32,64] [--runs N]
 
 A column for the network as it is, and one for each least number of weights in an output channel from which on a
-convolution computes in 8 bits (`LEAST_WEIGHTS`), with its share of the time as it is. How much is saved is the
-processor's matter: those with instructions for products of whole numbers (VNNI on x86, dot products on Arm) save most.
+convolution computes in 8 bits (`LEAST_WEIGHTS`), with its share of the time as it is. How much is saved depends
+on the processor: those with instructions for integer products (VNNI on x86, dot products on Arm) save most.
 """
 
 from __future__ import annotations

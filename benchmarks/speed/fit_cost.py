@@ -1,10 +1,10 @@
-"""What the scene fit costs by the number of people, beside the paper's combined estimator in the same run.
+"""Processor time of the scene fit by the number of people, and of the paper's combined estimator in the same run.
 
     python -m benchmarks.speed.fit_cost [--photos 16] [--repeats 10]
 
-Made-up groups before all cameras (`synthetic_scenes.py`), seated or standing, so that people have several explanations.
-Processor time of one core, the least of several repeats a photo; over the photos the least, the median, the ninth
-decile and the most. The ratio to the peer's median says more than milliseconds do where the clock is not steady.
+Synthetic groups in front of all cameras (`synthetic/scenes.py`), seated or standing, so that people have several
+explanations. Processor time of one core, the least of several repeats a photo; over the photos the least, the median,
+the ninth decile and the most. On a busy machine the ratio to the other's median says more than milliseconds.
 """
 
 from __future__ import annotations

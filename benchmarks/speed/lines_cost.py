@@ -1,13 +1,13 @@
-"""What the straight lines of a picture cost, beside decoding the same photo in the same run.
+"""Processor time of finding straight lines, compared with decoding the same photo in the same run.
 
     python -m benchmarks.speed.lines_cost --photos DIR [--count 8] [--megapixels 24] [--repeats 7]
 
 The first photos of a folder are enlarged to so many megapixels and written as JPEG, since small ones decode faster than
 cameras' files. Processor time of one core, milliseconds, the least of several repeats: decoding the photo as the
 default back ends do, in whose pixels lines are looked for; OpenCV's detector alone; segments (the picture reduced, the
-detector, pieces of one line joined); the focal length from them; and gravity. `in all` is what a photo costs whose
-focal length is sought: segments and focal length. The ratio is that to its decoding, and says more than milliseconds do
-where the clock is not steady.
+detector, pieces of one line joined); the focal length from them; and gravity. `in all` is the time for a photo of
+unknown focal length: segments and focal length. The ratio is that to its decoding; on a busy machine it says more than
+milliseconds.
 """
 
 from __future__ import annotations

@@ -17,7 +17,7 @@ from proxemetry.benchmark import PROTOCOLS, Prediction, read_labels, score_files
 
 
 def made_up_answers(folder: str, path: Path) -> int:
-    """Write noisy positions for everybody annotated; returns the number of photos."""
+    """Write noisy positions for everyone annotated; returns the number of photos."""
     rng = np.random.default_rng(0)
     images = []
     for label in read_labels(folder):

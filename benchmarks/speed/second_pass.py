@@ -1,11 +1,11 @@
-"""How long it takes to find out what a million photos tell of each other's cameras, and which of them are told anew.
+"""Time to pool a million photos' evidence on each other's cameras, and to find those that it changes.
 
     python -m benchmarks.speed.second_pass [--photos 1000000]
 
 The parts of an archive are made out of those of 256 photos with recorded keypoints: half of them state no focal length
-and are of two sizes, a third is doubtful and of 300 models that the rest is sure of. What is timed is what every run
-does once all photos are measured, before it measures any of them again: the table of models, the shoots, and the rows
-that are told something else than they carry. To measure photos again costs what `fit_cost` says.
+and are of two sizes, a third is doubtful and of 300 models that the rest is sure of. Timed is what every run does once
+all photos are measured, before it measures any of them again: the table of models, the shoots, and finding the rows
+whose camera changes. The cost of measuring photos again is that of `fit_cost`.
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
-"""What fewer layers save: a network as its file is and as it runs, processor time a run, in interleaved runs.
+"""Time saved by fewer layers: a network as stored and as simplified, processor time a run, in interleaved runs.
 
     python -m benchmarks.speed.simplified [--networks A.tflite,B.tflite] [--models DIR] [--runs N]
 
 For each network its layers as the file has them and as they run (`proxemetry.weights.conversion.simplified`), the
-milliseconds of both, their ratio, and how far answers to a picture of noise lie apart, as a share of the largest.
+milliseconds of both, their ratio, and how much the outputs for a picture of noise differ, as a share of the largest.
 """
 
 from __future__ import annotations

@@ -2,10 +2,10 @@
 
     python -m benchmarks.speed.throughput PHOTOS [--photos 39] [--pose auto] [--effort normal]
 
-PHOTOS is a folder of real photos; they are repeated, each file made its own by bytes after its end. Every line is a
-run in processes of its own, timed from the first tenth of its photos until a worker has nothing more to do. Beside the
-clock it gives the processor time of the workers a photo, which says more on a machine that others use too: where it
-stays the same, as many workers as cores do that many times as much. The share of time outside decoding and inference
+PHOTOS is a folder of real photos; they are repeated, each file made different by bytes after its end. Every line is
+a run in processes of its own, timed from the first tenth of its photos until a worker has nothing left to do. It gives
+clock time and the workers' processor time a photo. The latter says more on a shared machine: where it stays the same,
+throughput grows with the number of workers up to the number of cores. The share of time outside decoding and inference
 is of one process, in processor time: everything that is not inside `Photo.pixels` or the back end's `detect`, writing
 parts and tables included. Linux only (reads /proc). For memory see `worker_memory.py`.
 """

@@ -33,7 +33,7 @@ WIDEST = 0.6
 #: A level direction of fewer independent segments than this does not count.
 _SECOND = 1.5
 #: A few walls may all be out of true, which more segments on them do not reveal: this further uncertainty of log f
-#: (made-up scenes of odd walls, `benchmarks/accuracy/picture_lines.py`) where one level direction is alone, or where
+#: (synthetic scenes of odd walls, `benchmarks/accuracy/picture_lines.py`) where one level direction is alone, or where
 #: the log evidence is less than this; it falls off with the square of more (York Urban's median is 66).
 _DOUBT_SD, _MUCH = 0.08, 30.0
 OPEN = "the lines leave the focal length open"

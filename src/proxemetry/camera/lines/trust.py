@@ -12,7 +12,7 @@ from .model import PITCH, PRIOR, ROLL
 #: Log evidence against clutter alone at which straight structure is as likely as not; it counts in worths of `mixture`.
 #: York Urban's pictures have 7 and more, most of them over 30; furniture and graphics in other pictures -3 to 3.
 _STRUCTURE = 0.0
-#: What has less evidence after a first look is not looked at again: it gains 5 at most (made-up scenes of all kinds).
+#: What has less evidence after a first look is not looked at again: it gains 5 at most (synthetic scenes of all kinds).
 HOPELESS = -8.0
 #: Directions that are not gravity's: pictures that show such things alone (a box that lies anyhow, stripes), where a
 #: second direction supports the first, and besides where none does; support counts in independent segments. Their
