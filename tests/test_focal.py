@@ -15,6 +15,7 @@ from test_photo_metadata import xmp_of
 from proxemetry.camera import Camera
 from proxemetry.camera.focal import FocalRequest, estimate_camera
 from proxemetry.camera.frame import frame_of
+from proxemetry.camera.lens import _fit, _signature
 from proxemetry.errors import SettingsError
 from proxemetry.intervals import HALF_WIDTH_SD
 from proxemetry.photo import Photo
@@ -256,6 +257,37 @@ WIDE_ANGLE = {
     "make": "Canon", "model": "Canon EOS 6D", "lens": "EF16-35mm f/4L IS USM", "focal_mm": 16.0, "f_number": 8.0,
     "focal_plane_px_per_mm": 6000 / 36,
 }  # fmt: skip
+
+
+@pytest.mark.parametrize("distortion", [(-0.1, 0.02, 0.0, 0.0, -0.004), (0.03, -0.01, 0.002, -0.001, 0.002)])
+@pytest.mark.parametrize("scale", [1.0, 0.97])
+def test_a_mapping_by_opencvs_model_gives_its_numbers_back(distortion, scale) -> None:
+    """Also where the mapping keeps another scale than that of the optical axis, as lensfun's does."""
+    f = 0.8  # of the long side
+    ideal = np.stack(np.meshgrid(np.linspace(-0.5, 0.5, 31), np.linspace(-1 / 3, 1 / 3, 21)), axis=-1).reshape(-1, 2)
+    camera = Camera(f, f, 0.0, 0.0, 1, 1, distortion)
+    bent = camera.project(np.column_stack([ideal * scale / f, np.ones(len(ideal))]))
+    found = _fit("drawn", ideal, bent, f, 6000)
+    assert found is not None
+    assert found.distortion == pytest.approx(distortion, abs=1e-9)
+    assert found.residual_px < 1e-6 and found.worst_px < 1e-5
+    off = bent + np.where(np.arange(len(bent)) % 2, 1, -1)[:, None] * (0.001, 0.0)
+    found = _fit("drawn", ideal, off, f, 6000)
+    assert found is not None and found.residual_px == pytest.approx(6.0, rel=0.05)  # a thousandth of 6000 px
+    folding = _fit("drawn", ideal, ideal * (1 - 2 * (ideal**2).sum(axis=1, keepdims=True) / f**2), f, 6000)
+    assert folding is None  # it comes back towards the middle before the corner
+
+
+@pytest.mark.parametrize(
+    ("name", "numbers", "generation"),
+    [
+        ("EF 50mm f/1.8 II", {50, 1.8}, 2), ("EF50mm f/1.8", {50, 1.8}, 1),
+        ("EF-S 18-55mm f/3.5-5.6 III", {18, 55, 3.5, 5.6}, 3),
+        ("Nokton 35mm Mk IV", {35}, 4), ("Apo-Lanthar V", set(), 5), ("Vivid 24mm", {24}, 1),
+    ],
+)  # fmt: skip
+def test_a_lenss_name_tells_its_numbers_and_generation(name, numbers, generation) -> None:
+    assert _signature(name) == (frozenset(numbers), generation)
 
 
 def test_a_known_lens_brings_its_distortion() -> None:

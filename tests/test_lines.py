@@ -14,7 +14,17 @@ from hypothesis import strategies as st
 from proxemetry.arrays import FloatArray
 from proxemetry.camera import Camera
 from proxemetry.camera.lines import focal_from_lines, gravity_from_lines
-from proxemetry.camera.lines.focal import ONE_DIRECTION, _moved, focal_profile, read_focal
+from proxemetry.camera.lines.focal import (
+    ONE_DIRECTION,
+    WEAK_PRIOR,
+    FocalProfile,
+    _blurred,
+    _distinct,
+    _evidence,
+    _moved,
+    focal_profile,
+    read_focal,
+)
 from proxemetry.camera.lines.gravity import TOO_FEW, _once
 from proxemetry.camera.lines.mixture import Fitted, _worth, evaluate, lines_of
 from proxemetry.camera.lines.model import AZIMUTH, N_PARAMETERS, PITCH, PRIOR, vanishing_points
@@ -325,3 +335,38 @@ def test_support_is_how_many_independent_segments_run_along_a_direction() -> Non
     shares = np.array([[0.1, 0.1, 0.2, 0.3, 0.2, 0.1]])
     fit = Fitted(np.zeros((1, N_PARAMETERS)), shares, np.zeros(1), np.eye(N_PARAMETERS)[None])
     assert fit.support(lines) == pytest.approx(np.array([[0.3, 0.2, 0.1]]) * lines.count)
+
+
+def test_a_profile_is_read_between_its_steps_and_as_its_end_beyond() -> None:
+    profile = FocalProfile(np.array([0.0, 1.0, 2.0]), np.array([-4.0, 0.0, -2.0]), 1.0, False)
+    assert profile.at(np.array([-3.0, 0.0, 0.5, 1.0, 1.5, 9.0])) == pytest.approx([-4, -4, -2, 0, -1, -2])
+
+
+def test_the_evidence_of_structure_is_that_of_all_focal_lengths_together() -> None:
+    """A normal likelihood about the usual focal length: its height, times how narrow it is beside what is usual."""
+    mean, usual = WEAK_PRIOR
+    log_f = np.linspace(mean - 3, mean + 3, 601)
+    for sd, height in ((0.1, 5.0), (0.3, -2.0)):
+        found = _evidence(log_f, height - 0.5 * ((log_f - mean) / sd) ** 2)
+        assert found == pytest.approx(height + math.log(sd / math.hypot(sd, usual)), abs=2e-3)
+
+
+@pytest.mark.parametrize(
+    ("pitch_deg", "turned_deg", "log_f", "ways"),
+    [(0, 0, 0.0, 1), (1.5, 90, 0.15, 1), (3, 0, 0.0, 2), (0, 45, 0.0, 2), (0, 0, 0.3, 2), (0, 4, 0.0, 2)],
+)
+def test_ways_to_stand_to_the_walls_are_one_up_to_a_quarter_turn(pitch_deg, turned_deg, log_f, ways) -> None:
+    rows = np.zeros((2, N_PARAMETERS))
+    rows[1, [PITCH, AZIMUTH]] = np.radians([pitch_deg, turned_deg])
+    rows[1, 2] = log_f
+    fit = Fitted(rows, np.zeros((2, 6)), np.array([2.0, 1.0]), np.tile(np.eye(N_PARAMETERS), (2, 1, 1)))
+    assert _distinct(fit) == [1, 0][:ways]
+
+
+def test_a_doubt_about_the_focal_length_blurs_its_profile() -> None:
+    """A normal density of 0.1 with a doubt of 0.2 is one of their sum in squares, and as probable on the whole."""
+    log_f = np.linspace(-3, 3, 1201)
+    blurred = _blurred(log_f, -0.5 * (log_f / 0.1) ** 2, 0.2)
+    inner = np.abs(log_f) < 0.6
+    expected = np.log(0.1 / math.hypot(0.1, 0.2)) - 0.5 * (log_f / math.hypot(0.1, 0.2)) ** 2
+    assert blurred[inner] == pytest.approx(expected[inner], abs=1e-3)

@@ -1,17 +1,25 @@
 """One camera from the people of many photos: what counts once, what counts more often, and what never evens out."""
 
 import math
+from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 import proxemetry.locate.scenefit.pooled as pooled_module
-from proxemetry.calibration.people import joined_people
+from proxemetry.calibration.people import _mount, joined_people
 from proxemetry.camera import Camera, Mount
 from proxemetry.clip.floor_identity import followed
 from proxemetry.locate import LocateSettings
+from proxemetry.locate.scenefit import shared_prior
+from proxemetry.locate.scenefit.body_model import body_model
+from proxemetry.locate.scenefit.departures import departures_of
+from proxemetry.locate.scenefit.fit import explained_people
 from proxemetry.locate.scenefit.pooled import _overdispersion, _without_repetition, pooled
-from proxemetry.locate.scenefit.projection import DEPTH, LOG_LENGTHS, N_LOCAL
+from proxemetry.locate.scenefit.pooled_equations import Level, equations_of
+from proxemetry.locate.scenefit.projection import DEPTH, LOG_LENGTHS, N_LOCAL, torso_position
+from proxemetry.locate.scenefit.tilt import FALL_SD
 from proxemetry.people import People
 from proxemetry.people.skeleton import COCO_17
 from synthetic.modelled import photo
@@ -106,3 +114,83 @@ def test_people_are_followed_over_the_floor_through_a_crossing():
     assert (who == who[0]).all() and who[0, 0] != who[0, 1]
     alone = followed([People.none(COCO_17), frames[0]], [0.0, 30.0], mount)
     assert len(alone[0]) == 0 and len(set(alone[1].tolist())) == 2
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_level_that_is_eliminated_answers_as_in_the_whole(seed):
+    """Five unknowns, two of them eliminated, and two right-hand sides: solved whole, the same steps come out."""
+    rng = np.random.default_rng(seed)
+    roots = rng.normal(size=(4, 5, 5))
+    hessian, sides = roots @ roots.transpose(0, 2, 1) + 0.1 * np.eye(5), rng.normal(size=(4, 5, 2))
+    own, above = np.array([1, 3]), np.array([0, 2, 4])
+    level = Level.of(np.concatenate([hessian, sides], axis=2), own)
+    for k in range(4):
+        whole = np.linalg.solve(hessian[k], sides[k, :, 0])
+        assert level.step(whole[None, above].repeat(4, axis=0))[k] == pytest.approx(whole[own])
+        assert level.left[k][:, :3] == pytest.approx(np.linalg.inv(np.linalg.inv(hessian[k])[np.ix_(above, above)]))
+        assert np.linalg.solve(level.left[k][:, :3], level.left[k][:, 3]) == pytest.approx(whole[above])
+        # without a side of its own a level follows those above: by -response of each step
+        response = np.linalg.solve(hessian[k][np.ix_(own, own)], hessian[k][np.ix_(own, above)])
+        assert level.response[k] == pytest.approx(response)
+
+
+@pytest.mark.parametrize("views", [1, 3])
+def test_what_is_known_of_one_lens_counts_once_however_many_views_show_it(views):
+    people, persons, of_view = crowd(views, pitches=(0.2, 0.35))
+    prior, model = shared_prior(OPEN), body_model(COCO_17)
+    begun = pooled_module._start(people, OPEN, persons, prior, LocateSettings(), model, of_view)
+    assert begun is not None
+    state = replace(begun[1], lens=prior.mean[3:] + np.array([0.3, 0.02, -0.01]))
+    sd = prior.sd * np.where(np.arange(6) < 3, 1.0, 2.0)
+    tight, loose = (equations_of(begun[0], state, replace(prior, sd=s)) for s in (prior.sd, sd))
+    off = (state.lens - prior.mean[3:]) / prior.sd[3:]
+    assert tight.cost - loose.cost == pytest.approx(0.5 * (1 - 1 / 4) * float(off @ off))
+    added = tight.lens[:, :3] - loose.lens[:, :3]
+    assert added == pytest.approx(np.diag(prior.sd[3:] ** -2 * (1 - 1 / 4)), rel=1e-6, abs=1e-6)
+
+
+def test_what_was_found_of_a_camera_is_its_mount():
+    """Places are in units of the fit's own focal length, in the pixels of the camera that was asked about."""
+    asked = replace(LENS, fx=1000.0, fy=1010.0, focal_rel_sd=0.3)
+    covariance = np.diag([0.01, 0.02, 0.03, 0.04, 0.05, 0.06]) ** 2
+    found = SimpleNamespace(
+        shared=np.array([0.3, -0.1, math.log(4.0), 0.05, 0.02, -0.03]), camera=asked.with_focal(1200.0), n_detections=99
+    )
+    mount = _mount(found, 12, covariance, asked, focal_known=False)
+    assert (mount.pitch_rad, mount.roll_rad, mount.height_m) == pytest.approx((0.3, -0.1, 4.0))
+    assert mount.sd == pytest.approx([0.01, 0.02, 0.03, 0.04])
+    lens = mount.camera
+    assert lens.f_px == pytest.approx(1200 * math.exp(0.05)) and lens.fy / lens.fx == pytest.approx(1.01)
+    assert (lens.cx, lens.cy) == pytest.approx((asked.cx + 24, asked.cy - 36))
+    assert lens.focal_rel_sd == pytest.approx(0.04)
+    sure = _mount(found, 12, covariance, replace(asked, focal_rel_sd=0.0), focal_known=True)
+    assert np.isnan(sure.sd[3]) and sure.camera.focal_rel_sd == 0
+
+
+def test_departures_are_what_a_joint_off_by_so_much_moves_in_the_picture():
+    """Before a level camera: a share of the stature over the depth, upwards; a pixel's worth where that is a step."""
+    people, _ = photo(4, count=2, pitch=0.0, noise_px=0.0, depths_m=(5, 9))
+    model = body_model(COCO_17)
+    seen = explained_people(people, LENS, shared_prior(LENS), LocateSettings("adults"), model)
+    assert seen is not None
+    rows, local = seen.rows.taken(seen.first), seen.fit.local
+    cameras = np.tile(np.zeros(6), (2, 1))
+    found = departures_of(rows, local, cameras, model, 0.001, focal_sought=True)
+    kinds, joints = list(model.kinds), rows.precision.shape[1]
+    assert found.shape == (2 * len(kinds) + 2 + 2, 2, 2 * joints + 1)
+    stature, depth = np.exp(local[:, LOG_LENGTHS.start]), np.exp(local[:, DEPTH])
+    for k, name in enumerate(kinds):
+        x, y = found[2 * k, :, :joints], found[2 * k, :, joints:-1]
+        share = math.hypot(0.015, {"feet": 0.030, "legs": 0.025}.get(name, 0.0))
+        moved = np.abs(y[:, model.kinds[name]]).mean(axis=1)
+        assert moved == pytest.approx(share * stature / depth, rel=0.06)  # a joint is a little nearer or farther
+        assert not y[:, ~model.kinds[name]].any() and np.abs(x).max() < 1e-9
+        step = found[2 * k + 1, :, joints:-1]
+        assert np.abs(step[:, model.kinds[name]]) == pytest.approx(0.001) and not step[:, ~model.kinds[name]].any()
+    # a lean is seen away in part: aside by that share of the height above the middle, were bodies to lean
+    assert not found[2 * len(kinds), :, joints:].any()
+    # the floor falls to the right and ahead, by the distance from the middle of the people
+    places = torso_position(local, cameras)
+    for row, along in zip(found[-2:], (0, 2), strict=True):
+        assert row[:, -1] == pytest.approx(FALL_SD * (places[:, along] - places[:, along].mean()))
+        assert not row[:, :-1].any()

@@ -1,14 +1,15 @@
 """The parts of the joint fit that weigh and spread: closed forms on equations written by hand, and laws."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from proxemetry.camera import Camera, Mount
 from proxemetry.locate import LocateSettings
+from proxemetry.locate.scenefit import contradiction, locate, shared_prior, solver
 from proxemetry.locate.scenefit import fit as joint_fit
-from proxemetry.locate.scenefit import locate, shared_prior, solver
 from proxemetry.locate.scenefit.alternatives import Cavity, Explanations, _better, _explanation, leave_one_out, refine
 from proxemetry.locate.scenefit.body_model import body_model
 from proxemetry.locate.scenefit.camera_prior import Place, Raised, SharedPrior
@@ -87,6 +88,30 @@ def test_a_place_is_contradicted_in_units_of_what_people_and_place_leave_open_to
     mean, covariance = camera_of_all(fit, np.arange(3), [4 / 3, 4 / 3, 4 / 3, 1, 1, 1])
     expected = abs(mean[PITCH] - 0.5) / np.sqrt(covariance[PITCH, PITCH] + 0.2**2)
     assert misfit(fit, SharedPrior(np.zeros(N_SHARED), sd, place)) == pytest.approx(expected)
+
+
+def test_a_stated_depth_is_contradicted_in_units_of_what_it_and_all_else_leave_open(monkeypatch):
+    """All else alone puts the person at one depth; the fit, which has the stated one in it, somewhere between."""
+    fit, stated, sd, elsewhere = linear_fit(2), 2.0, 0.4, 0.09
+    size = 2 * N_LOCAL + N_SHARED
+    whole = np.zeros((size, size))
+    whole[-N_SHARED:, -N_SHARED:] = fit.shared_normal[:, :-1]
+    for k in range(2):
+        index = np.r_[k * N_LOCAL : (k + 1) * N_LOCAL, 2 * N_LOCAL : size]
+        whole[np.ix_(index, index)] += fit.hessian[k]
+    variance, alone = np.linalg.inv(whole)[DEPTH, DEPTH], 0.5
+    whole[DEPTH, DEPTH] += sd**-2
+    between = alone + np.linalg.inv(whole)[DEPTH, DEPTH] * sd**-2 * (stated - alone)
+    normal = fit.normal.copy()
+    normal[0, DEPTH, DEPTH] += sd**-2
+    local = fit.local.copy()
+    local[0, DEPTH] = between
+    rows = SimpleNamespace(depth_precision=np.array([1 / sd, 0.0]), log_depth=np.array([stated, np.nan]))
+    monkeypatch.setattr(contradiction, "stated_depth_precision", lambda *_: np.array([sd**-2, 0.0]))
+    monkeypatch.setattr(contradiction, "evaluate_rows", lambda *_: (normal, None, None))
+    found = contradiction.depth_misfit(rows, replace(fit, local=local), np.array([elsewhere, elsewhere]))
+    assert found[0] == pytest.approx((stated - alone) / np.sqrt(variance + sd**2 + elsewhere))
+    assert np.isnan(found[1])
 
 
 def test_a_mount_enters_the_fit_with_its_whole_covariance():

@@ -13,11 +13,13 @@ from proxemetry import measure
 from proxemetry.camera import Camera, Doubt, FocalSource
 from proxemetry.camera.choice import PictureLines, choose_camera, with_gravity
 from proxemetry.camera.focal import FocalRequest, estimate_camera
+from proxemetry.camera.from_people import self_calibration
 from proxemetry.camera.from_people.self_calibration import FocalPosterior
 from proxemetry.camera.lines import gravity_from_lines
 from proxemetry.camera.lines.segments import segments_of, straight_segments, without_graphics
+from proxemetry.camera.others import SameShoot
 from proxemetry.camera.published import quantile_mm
-from proxemetry.camera.unstated import _GRID, _of_people, _posterior, without_statement
+from proxemetry.camera.unstated import _GRID, _information, _of_people, _posterior, without_statement
 from proxemetry.errors import AssumedFocalWarning
 from proxemetry.people import People
 from proxemetry.people.skeleton import COCO_17
@@ -224,3 +226,36 @@ def test_a_part_of_a_picture_is_as_unsure_as_its_size_besides() -> None:
 
     # 3:2 is a sensor's shape; 5:4 is none, and a crop's diagonal is unsure by a fifth
     assert spread(1000, 800) == pytest.approx(math.hypot(spread(1500, 1000), 0.2))
+
+
+def test_evidence_tells_as_much_as_it_changes_what_is_expected() -> None:
+    """The divergence of one normal density from another (Kullback and Leibler 1951), and nothing where it is flat."""
+    prior = np.exp(-0.5 * ((_GRID - 3.6) / 0.5) ** 2)
+    likelihood = np.exp(-0.5 * ((_GRID - 3.9) / 0.2) ** 2)
+    precision = 0.5**-2 + 0.2**-2
+    mean, variance = (3.6 * 0.5**-2 + 3.9 * 0.2**-2) / precision, 1 / precision
+    expected = 0.5 * (variance / 0.25 + (mean - 3.6) ** 2 / 0.25 - 1 - math.log(variance / 0.25))
+    assert _information(prior, likelihood) == pytest.approx(expected, rel=0.02)
+    assert _information(prior, np.full_like(prior, 0.3)) == pytest.approx(0, abs=1e-12)
+
+
+def test_the_interval_of_a_shoot_is_said_in_pixels() -> None:
+    shoot = SameShoot(math.log(1000.0), 0.1, 40, 60)
+    half = math.exp(0.16449)
+    assert shoot.text.endswith(f"of 40 photos: {1000 / half:.0f} to {1000 * half:.0f} px")
+
+
+@pytest.mark.parametrize(("log_sd", "answers"), [(0.155, True), (0.165, False)])
+def test_people_answer_within_thirty_per_cent_or_not_at_all(monkeypatch, log_sd, answers) -> None:
+    """Half an interval is 1.645 sd of the logarithm: ln 1.3 = 0.262 is at 0.1595."""
+    found = self_calibration.FocalPosterior(
+        1500.0, 1200.0, 1900.0, log_sd, 0.2, np.ones(4, dtype=bool), np.zeros(2), np.zeros(2)
+    )
+    monkeypatch.setattr(self_calibration, "focal_posterior", lambda *_: found)
+    estimate = self_calibration.calibrate(People.none(COCO_17), 1800, 1200)
+    assert (estimate.camera is not None) == answers
+    assert estimate.candidates[0].focal_px == 1500 and estimate.candidates[0].rel_sd == log_sd
+    if estimate.camera is not None:
+        assert (estimate.camera.f_px, estimate.camera.focal_rel_sd) == (1500, log_sd)
+    else:
+        assert "1200 to 1900 px: too wide" in estimate.reason
