@@ -30,6 +30,7 @@ from proxemetry.errors import OutputError, SettingsError
 from proxemetry.intervals import CHI2_2D
 from proxemetry.measure import place
 from proxemetry.people import People
+from proxemetry.people.doubts import in_words
 from proxemetry.people.skeleton import COCO_17
 from proxemetry.photo import Photo
 from proxemetry.plots.cased_lines import DASHED, Casing, Line, draw_cased
@@ -391,6 +392,13 @@ def test_the_legend_names_the_horizon_where_one_is_drawn(pitch: float, drawn: bo
     (legend,) = figure.legends
     assert ("horizon" in [text.get_text() for text in legend.get_texts()]) is drawn
     assert sum(line.get_color() == "#FFFFFF" for line in figure.axes[0].lines) == drawn
+
+
+def test_a_doubt_that_people_share_is_given_once() -> None:
+    scene = drawn_scene([(-1.0, 4.0), (0.0, 4.0), (1.0, 4.0)])
+    framed = replace(scene, people=replace(scene.people, framed=(True, False, True)))
+    assert "(?): 0, 2: " in (said := footnote(framed, []))
+    assert said.count(in_words(framed.people, 0, framed.doubts[0])) == 1
 
 
 @pytest.mark.parametrize(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 
 import numpy as np
 
@@ -153,15 +154,21 @@ def footnote(scene: Scene, shown: list[tuple[int, int]]) -> str:
     words = [f"Lines: {which}. Distance between body centres {kind} [90 % interval]."] if known else []
     if any(scene.distances.vague(a, b) for a, b in shown):
         words.append(f"{VAGUE_MARK} (broken line): too uncertain for one number, read the interval.")
-    reasons: dict[str, list[str]] = {}
-    for person, reason in enumerate(scene.bodies.reasons):
-        if reason:
-            reasons.setdefault(reason, []).append(str(person))
-    words += [f"Without a place: {', '.join(who)} ({why})." for why, who in reasons.items()]
-    doubtful = [(person, reasons) for person, reasons in enumerate(scene.doubts) if reasons]
+    unplaced = _by_reason(enumerate(scene.bodies.reasons))
+    words += [f"Without a place: {who} ({why})." for why, who in unplaced.items()]
+    doubtful = _by_reason((i, in_words(scene.people, i, doubts)) for i, doubts in enumerate(scene.doubts) if doubts)
     if doubtful:
-        named = "; ".join(f"{person}: {in_words(scene.people, person, reasons)}" for person, reasons in doubtful)
+        named = "; ".join(f"{who}: {why}" for why, who in doubtful.items())
         words.append(f"In doubt: perhaps not a person, or one found twice ({VAGUE_MARK}): {named}.")
     if scene.camera.flags:
         words.append(f"Camera: {'; '.join(map(str, scene.camera.flags))}.")
     return " ".join(words)
+
+
+def _by_reason(people: Iterable[tuple[int, str | None]]) -> dict[str, str]:
+    """Return the numbers of the people who share a reason, so that each reason is given once."""
+    found: dict[str, list[str]] = {}
+    for person, reason in people:
+        if reason:
+            found.setdefault(reason, []).append(str(person))
+    return {reason: ", ".join(numbers) for reason, numbers in found.items()}

@@ -26,7 +26,7 @@ export async function showFolder(main, opened) {
     html("label", { class: "line" }, "Folder", where, html("button", { type: "button", onclick: () => go(where.value), text: "Open" })),
     list,
     html("label", { class: "line" }, "Results go to", out),
-    html("label", { class: "line" }, "35 mm equivalent, if you know it", focal, " mm"),
+    html("label", { class: "line" }, "Focal length of all photos as 35 mm equivalent, if you know it", focal, " mm"),
     told, bar, html("div", { class: "row" }, stop, start));
   main.append(area);
 
