@@ -5,6 +5,7 @@ import csv
 import http.client
 import io
 import json
+import shutil
 import struct
 import zlib
 from collections.abc import Iterator
@@ -368,6 +369,13 @@ def test_two_blind_reviewers_do_not_see_each_other_and_can_be_compared(results: 
     assert found.kappa == pytest.approx(0.4)
     with pytest.raises(SettingsError, match="ada, ben"):
         ada.agreement("ada", "eve")
+    # The same files under other names, as after a rerun of an archive that was tidied up.
+    root = Path(results.folder.location).parent / "again"
+    shutil.copytree(Path(results.folder.location).parent / "photos", root / "photos" / "moved")
+    renamed = [scene.renamed(f"moved/{scene.photo}") for scene in results.scenes(corrected=False)]
+    write_results(root / "results", root / "photos", renamed)
+    shutil.copy(results.folder.path(FILE), root / "results")
+    assert Review(FolderStore(str(root / "results")), "ada").agreement("ada", "ben") == found
 
 
 def test_two_reviewers_at_once_see_what_the_other_did(results: Results) -> None:

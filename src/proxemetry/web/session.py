@@ -7,7 +7,7 @@ import math
 import re
 import shlex
 import threading
-from collections.abc import Callable, Hashable, Mapping
+from collections.abc import Callable, Collection, Hashable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -304,4 +304,8 @@ class Review:
                 if name not in known:
                     raise SettingsError(f"reviewer {name!r} is not in the log: it has {', '.join(known) or 'no names'}")
             log = self.store.log
-            return agreement(one, log.actions(who=one), other, log.actions(who=other), self.store.scenes)
+            return agreement(one, log.actions(who=one), other, log.actions(who=other), self._scenes_of)
+
+    def _scenes_of(self, files: Collection[FileKey]) -> Iterator[Scene]:
+        """Yield the measured scenes of files."""
+        return self.store.scenes([s.photo for s in self._summaries if self._key(s) in files])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -73,14 +73,16 @@ def agreement(
     actions_one: Iterable[Action],
     other: str,
     actions_other: Iterable[Action],
-    scenes: Callable[[Iterable[str] | None], Iterator[Scene]],
+    scenes: Callable[[Collection[FileKey]], Iterator[Scene]],
 ) -> Agreement:
-    """Return how two logs agree; one, other: what to call the reviewers; scenes: yields measured scenes by name."""
+    """Return how two logs agree; one, other: what to call the reviewers.
+
+    scenes: yields the measured scenes of these files, whatever the photos are called by now.
+    """
     mine, yours = by_file(in_force(actions_one)), by_file(in_force(actions_other))
     shared = set(mine) & set(yours)
-    names = {action.photo for key in shared for action in (*mine[key], *yours[key])}
     compared: dict[FileKey, _Compared] = {}
-    for scene in scenes(names) if names else ():
+    for scene in scenes(shared) if shared else ():
         key = FileKey.of(scene)
         if key in shared and key not in compared:  # copies of one file count once
             compared[key] = _compare(scene, mine[key], yours[key])
