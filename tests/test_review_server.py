@@ -29,7 +29,8 @@ from proxemetry.people.skeleton import COCO_17
 from proxemetry.photo import Photo
 from proxemetry.scene import Scene
 from proxemetry.settings import Settings
-from proxemetry.web.session import Query, Review
+from proxemetry.web.gallery import Query
+from proxemetry.web.session import Review
 from proxemetry.web.stores import DropStore, FolderStore
 from synthetic.drawn import people_at
 from synthetic.reviewing import CAMERA, draw_photo, make_results, scene_of, served, write_results

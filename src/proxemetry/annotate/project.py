@@ -19,6 +19,7 @@ from ..people import PoseBackend
 from ..pose import BACKENDS, backend_named, replays
 from ..pose.recorded import Recorded
 from .actions import apply, replayed
+from .completing import completed, next_key
 from .history import PROPOSE, REDO, UNDO, History, history
 from .label_files import label_files
 from .photos import OwnPhoto, find_own_photos
@@ -31,16 +32,6 @@ from .state import Annotations, PhotoNotes
 LOG_FILE = "annotations.sqlite"
 #: What stands for no back end: every point is clicked.
 NO_POSE = "none"
-#: Which photos an action applies to, given one of them.
-SCOPES: dict[str, Callable[[OwnPhoto, OwnPhoto], bool]] = {
-    "photo": lambda one, other: one is other,
-    "folder": lambda one, other: one.folder == other.folder,
-    "camera": lambda one, other: (
-        one.camera == other.camera and one.photo.metadata.focal_mm == other.photo.metadata.focal_mm
-    ),
-    "following": lambda one, other: other.name >= one.name,
-    "all": lambda one, other: True,
-}
 
 
 class AnnotationLog(ActionLog):
@@ -125,36 +116,13 @@ class Project:
         with self._lock:
             self._catch_up()
             photo = None if identity is None else self.photo(identity)
-            self._keep(photo, action, self._completed(photo, action, value))
+            if photo is not None:
+                value = completed(photo, action, value, self.photos, self._next_key(photo))
+            self._keep(photo, action, value)
             self.write()
 
-    def _completed(self, photo: OwnPhoto | None, action: str, value: Mapping[str, Any]) -> dict[str, Any]:
-        """Return a value with what the program knows: keys of new people, and the photos of a scope."""
-        full = dict(value)
-        if photo is None:
-            return full
-        for point in (*_points_of(full.get("points")), *_points_of({"": full.get("to")})):
-            if not (0 <= point[0] < photo.width and 0 <= point[1] < photo.height):
-                raise SettingsError("annotation: the point lies outside the photo; what is outside is left out")
-        if action == "add_person":
-            full["person"] = self._next_key(photo)
-        if "scope" in full:
-            scope = full.pop("scope")
-            if not isinstance(scope, str) or scope not in SCOPES:
-                raise SettingsError(f"scope {scope!r} is unknown: use one of {', '.join(SCOPES)}")
-            full["photos"] = [other.sha256 for other in self.photos if SCOPES[scope](photo, other)]
-        return full
-
     def _next_key(self, photo: OwnPhoto) -> int:
-        """Return a key that no one on a photo ever had, deleted people included."""
-        used = [0]
-        for entry in self._entries:
-            if entry.sha256 == photo.sha256:
-                listed = entry.value.get("people")
-                people: list[Any] = listed if isinstance(listed, list) else []
-                keys = [entry.value.get("person"), *(p.get("person") for p in people if isinstance(p, dict))]
-                used += [key + 1 for key in keys if isinstance(key, int)]
-        return max(used)
+        return next_key(photo, self._entries)
 
     def propose(self, identity: int) -> None:
         """Run the back end on a photo and add the people that it finds, once; raises what back ends raise."""
@@ -302,16 +270,6 @@ class Project:
     def close(self) -> None:
         """Close the log."""
         self.log.close()
-
-
-def _points_of(value: Any) -> list[tuple[float, float]]:
-    """Return the pairs of numbers among points; what is none is for `actions` to refuse."""
-    listed = value.values() if isinstance(value, dict) else ()
-    return [
-        (p[0], p[1])
-        for p in listed
-        if isinstance(p, list) and len(p) == 2 and all(isinstance(v, int | float) for v in p)
-    ]
 
 
 def _time() -> str:

@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from ..annotate.completing import SCOPES
 from ..annotate.history import History
 from ..annotate.photos import OwnPhoto
 from ..annotate.places import Places, remarks_on
-from ..annotate.project import SCOPES, Project
+from ..annotate.project import Project
 from ..annotate.rules import CAMERA_RULES, PART_RULES, PEOPLE_RULES, PLACE_RULES
 from ..annotate.scoring import Scores
 from ..annotate.state import Lens, PhotoNotes, in_order, number_of

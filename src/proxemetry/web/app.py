@@ -15,10 +15,11 @@ from ..errors import SettingsError
 from ..files import parse_json
 from .answers import answering, body_of, error_answer, static_routes
 from .calibrating import Clicked
+from .gallery import Query
 from .guard import Guard
 from .measuring import Measuring, folders
 from .pictures import SIZES_PX
-from .session import Query, Review
+from .session import Review
 from .stores import DropStore, FolderStore
 
 #: What a request may carry: a correction, and a dropped photo.

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import json
-import math
 import re
 import shlex
 import threading
 from collections.abc import Callable, Collection, Hashable, Iterator, Mapping
-from dataclasses import dataclass
 from typing import Any
 
 from ..archive.review.actions import Action
@@ -20,6 +18,7 @@ from ..errors import CameraError, PhotoError, SettingsError
 from ..scene import Scene
 from .cache import LruCache
 from .calibrating import Clicked, found, mount_of
+from .gallery import FILTERS, Query, ordered
 from .pictures import jpeg
 from .stores import Store
 from .tables_zip import tables_zip
@@ -31,50 +30,6 @@ SCOPES: dict[str, Callable[[PhotoCard], str | None]] = {"folder": lambda s: s.gr
 #: What a camera's file may be called: nothing that leads elsewhere.
 _CAMERA_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,59}")
 _SCENES_KEPT, _ORDERS_KEPT, _PICTURES_BYTES = 64, 8, 200_000_000
-
-
-@dataclass(frozen=True)
-class Query:
-    """What the gallery shows: one of `FILTERS`, one of `SORTS`, one group (None: all), and a part of the name."""
-
-    show: str = "all"
-    sort: str = "name"
-    group: str | None = None
-    text: str = ""
-
-    def __post_init__(self) -> None:
-        if self.show not in FILTERS or self.sort not in SORTS:
-            raise SettingsError(f"gallery: show is one of {', '.join(FILTERS)}, sort one of {', '.join(SORTS)}")
-
-
-#: Filter -> whether a photo with these marks (actions in force) belongs to it.
-FILTERS: dict[str, Callable[[PhotoCard, frozenset[str]], bool]] = {
-    "all": lambda s, m: True,
-    "unchecked": lambda s, m: "checked" not in m,
-    "pairs": lambda s, m: s.n_pairs > 0,
-    "nobody": lambda s, m: s.status == "ok" and s.n_people == 0,
-    "camera": lambda s, m: s.doubtful or s.status == "no_camera",
-    "doubles": lambda s, m: s.duplicates > 0,
-    "doubts": lambda s, m: s.doubts > 0,
-    "failed": lambda s, m: s.status == "failed",
-    "corrected": lambda s, m: bool(m - {"checked", "note"}),
-    "excluded": lambda s, m: s.status == "excluded",
-    "notes": lambda s, m: "note" in m,
-}
-
-
-def _missing_last(value: float, descending: bool = False) -> tuple[bool, float]:
-    return (math.isnan(value), 0.0 if math.isnan(value) else (-value if descending else value))
-
-
-#: Sort -> its key; ties stay in the order of the names.
-SORTS: dict[str, Callable[[PhotoCard], Any]] = {
-    "name": lambda s: 0,
-    "uncertain": lambda s: _missing_last(s.spread, descending=True),
-    "nearest": lambda s: _missing_last(s.nearest_m),
-    "people": lambda s: -s.n_people,
-    "doubts": lambda s: -s.doubts,
-}
 
 
 class Review:
@@ -151,19 +106,8 @@ class Review:
     def _order(self, query: Query, fresh: bool = False) -> list[int]:
         """Return the photos of a query in their order, which stays while one walks through it and corrects."""
         if fresh:
-            self._orders.put(query, self._sorted(query))
-        return self._orders.get(query, lambda: self._sorted(query))
-
-    def _sorted(self, query: Query) -> list[int]:
-        belongs, key, text = FILTERS[query.show], SORTS[query.sort], query.text.casefold()
-        rows = [
-            i
-            for i, s in enumerate(self._summaries)
-            if belongs(s, self._marks(s))
-            and (query.group is None or s.group == query.group)
-            and text in s.photo.casefold()
-        ]
-        return sorted(rows, key=lambda i: key(self._summaries[i]))
+            self._orders.put(query, ordered(query, self._summaries, self._marks))
+        return self._orders.get(query, lambda: ordered(query, self._summaries, self._marks))
 
     def view(self, number: int, query: Query) -> dict[str, Any]:
         """Return everything about one photo, and its neighbours in the gallery's order."""
