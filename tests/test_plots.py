@@ -402,7 +402,7 @@ def test_a_doubt_that_people_share_is_given_once() -> None:
 
 
 @pytest.mark.parametrize(
-    ("rel_sd", "shown"), [(0.02, "± 3.3 %"), (0.1, "± 16 %"), (0.63, "32 mm equivalent [11, 91], 1080 px")]
+    ("rel_sd", "shown"), [(0.02, "± 3.3 %"), (0.1, "± 16 %"), (0.63, "32 mm [11, 91] as 35 mm equivalent, 1080 px")]
 )
 def test_the_focal_length_s_spread_is_never_in_powers_of_ten(rel_sd: float, shown: str) -> None:
     scene = drawn_scene([(0.0, 4.0)])

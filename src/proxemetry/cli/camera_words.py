@@ -50,7 +50,7 @@ def _answer(photo: Photo, candidate: Candidate, rel_sd: float) -> str:
     else:
         low, high = (candidate.focal_px * math.exp(sign * half) for sign in (-1, 1))
         width = f"({low:.0f} to {high:.0f})"
-    return f"{candidate.focal_px:8.0f} px  {width}  ({equivalent:.0f} mm equivalent)"
+    return f"{candidate.focal_px:8.0f} px  {width}  (equivalent: {equivalent:.0f} mm)"
 
 
 def _asked(estimate: CameraEstimate, people_asked: bool) -> Iterator[str]:

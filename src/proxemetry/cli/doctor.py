@@ -33,7 +33,7 @@ _EXAMPLES = f"""examples:
   proxemetry doctor photos --pose auto                      look for people too, as evidence
   proxemetry doctor scans --camera-table cameras.csv        try a camera table before measuring
 
-The line with the arrow is the one that measuring would use; the interval holds 90 %; "28 mm equivalent" means the 35 mm
+The line with the arrow is the one that measuring would use; the interval holds 90 %; "equivalent: 28 mm" is the 35 mm
 equivalent. Pictures are decoded, which finds files that were cut short; with --no-lines those of {_DECODED} photos,
 spread over all. Exit codes: 0 done; 1 some photos cannot be read; 2 none can.
 """

@@ -134,7 +134,7 @@ def focal_text(f_px: float, rel_sd: float, diagonal_px: float) -> str:
         interval = f"[{low}, {high}]"
     else:
         interval = f"± {100 * spread:.0f} %" if spread >= 0.1 else f"± {100 * spread:.2g} %"
-    return f"{_mm_text(middle_mm)} mm equivalent {interval}, {f_px:.0f} px"
+    return f"{_mm_text(middle_mm)} mm {interval} as 35 mm equivalent, {f_px:.0f} px"
 
 
 def _mm_text(millimetres: float) -> str:
