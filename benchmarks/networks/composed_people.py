@@ -120,8 +120,26 @@ def _poster(image: Image.Image, box: FloatArray, background: RGBArray, rng: np.r
 
 
 def _statue(image: Image.Image, people: People, person: int, box: FloatArray) -> Composed:
-    """Take the colour and the fine detail of the person away: limbs as thick as bodies are, and a disc for the head."""
-    mask = Image.new("L", image.size, 0)
+    """Take the colour and the fine detail of the person away."""
+    mask = _body_mask(image.size, people, person, box, 0.12)
+    grey = np.asarray(image.convert("L").filter(ImageFilter.MedianFilter(5)), float)
+    stone = (0.55 * grey + 85)[..., None] * np.array([1.0, 0.985, 0.94])
+    made = Image.composite(Image.fromarray(stone.clip(0, 255).astype(np.uint8)), image, mask)
+    return Composed(Kind.STATUE, np.array(made), box[None])
+
+
+def body_mask(pixels: RGBArray, people: People, person: int, soft: float) -> FloatArray:
+    """Return where a person's body is, shape (H, W), 0..1: limbs as thick as bodies are, and a disc for the head.
+
+    soft: how far its edge is blurred, in thicknesses of a limb.
+    """
+    size = pixels.shape[1], pixels.shape[0]
+    box = people.boxes_px[person].clip(0, np.tile(size, 2))
+    return np.asarray(_body_mask(size, people, person, box, soft), dtype=float) / 255
+
+
+def _body_mask(size: tuple[int, int], people: People, person: int, box: FloatArray, soft: float) -> Image.Image:
+    mask = Image.new("L", size, 0)
     draw = ImageDraw.Draw(mask)
     thick = max(6, round(0.3 * min(box[2] - box[0], box[3] - box[1])))
     for a, b in people.skeleton.bones:
@@ -131,11 +149,7 @@ def _statue(image: Image.Image, people: People, person: int, box: FloatArray) ->
     head, radius = people.part("Head")[person], 0.09 * (box[3] - box[1])
     if np.isfinite(head).all():
         draw.ellipse([*(head - (radius, 1.2 * radius)), *(head + (radius, radius))], fill=255)
-    mask = mask.filter(ImageFilter.GaussianBlur(max(2.0, 0.12 * thick)))
-    grey = np.asarray(image.convert("L").filter(ImageFilter.MedianFilter(5)), float)
-    stone = (0.55 * grey + 85)[..., None] * np.array([1.0, 0.985, 0.94])
-    made = Image.composite(Image.fromarray(stone.clip(0, 255).astype(np.uint8)), image, mask)
-    return Composed(Kind.STATUE, np.array(made), box[None])
+    return mask.filter(ImageFilter.GaussianBlur(max(2.0, soft * thick)))
 
 
 def _mirrored(image: Image.Image, box: FloatArray) -> Composed | None:

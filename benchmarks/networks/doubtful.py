@@ -30,7 +30,7 @@ from proxemetry.camera.choice import PictureLines
 from proxemetry.errors import PhotoError
 from proxemetry.overlap import areas_of, pairwise_iou, shared_areas
 from proxemetry.people import People, PoseBackend
-from proxemetry.people.doubts import PersonDoubt, doubts_of
+from proxemetry.people.doubts import OF_PHOTOS, PersonDoubt, doubts_of
 from proxemetry.photo import Photo, RGBArray
 from proxemetry.pose import PoseOptions, backend_named
 
@@ -145,7 +145,7 @@ def table(name: str, tallies: dict[str, Tally]) -> str:
     for kind, tally in tallies.items():
         if tally.pictures:
             share = f"{tally.marked} ({100 * tally.marked / tally.found:.1f} %)" if tally.found else "-"
-            each = " | ".join(str(tally.reasons[reason]) for reason in PersonDoubt)
+            each = " | ".join(str(tally.reasons[reason]) for reason in OF_PHOTOS)
             rows.append(f"| `{name}` | {kind} | {tally.pictures} | {tally.found} | {share} | {each} |")
     return "\n".join(rows)
 
@@ -161,8 +161,8 @@ def main() -> None:
     parser.add_argument("--kind", action="append", default=[], choices=[kind.value for kind in Kind])
     add_models_option(parser)
     args = parser.parse_args()
-    print(f"| back end | kind | pictures | found | marked | {' | '.join(PersonDoubt)} |")
-    print(f"| --- | --- | ---: | ---: | ---: |{' ---: |' * len(PersonDoubt)}")
+    print(f"| back end | kind | pictures | found | marked | {' | '.join(OF_PHOTOS)} |")
+    print(f"| --- | --- | ---: | ---: | ---: |{' ---: |' * len(OF_PHOTOS)}")
     for name in args.pose or ["yolox-tinypose"]:
         print(table(name, measured(backend_named(name, PoseOptions()), args)), flush=True)
 

@@ -19,7 +19,7 @@ from ..people.doubts import PersonDoubt
 from ..scene import Scene
 from .camera import ClipCamera, chosen_frames, told_by_people
 from .density import Region
-from .doubts import counts, of_most, of_sightings, require_some
+from .doubts import counts, of_sightings, of_track, require_some, stays_put
 from .events import SHORTEST_S
 from .exposure import (
     DRAWS,
@@ -62,7 +62,8 @@ class Person:
 
     heading_rad: shape (n,), NaN where unseen. rows: shape (n,), the person's row in each scene, -1 where unseen.
     attributes: of each the value that most of the sightings have. doubts: of each sighting, None where unseen or not
-    asked; doubt: what most of the sightings say, None where none was asked.
+    asked. motionless: whether no part of the body ever moved. doubt: what holds for the whole track, None where none
+    was asked.
     """
 
     track: Track
@@ -74,11 +75,12 @@ class Person:
     rows: NDArray[np.intp]
     attributes: Attributes = field(default_factory=dict[str, str])
     doubts: Sequence[tuple[PersonDoubt, ...] | None] = ()
+    motionless: bool = False
 
     @cached_property
     def doubt(self) -> tuple[PersonDoubt, ...] | None:
-        """What most of the sightings say."""
-        return of_most([reasons for reasons in self.doubts if reasons is not None])
+        """What most of the sightings say, and all of them together."""
+        return of_track([reasons for reasons in self.doubts if reasons is not None], self.motionless)
 
 
 @dataclass(frozen=True, eq=False)
@@ -199,6 +201,7 @@ def assembled(
             group=member[p.track.number],
             attributes=_attributes(p, placed),
             doubts=of_sightings(p.track.frames, p.rows, placed),
+            motionless=stays_put(p.track.frames, p.track.t_s, p.rows, placed),
         )
         for p in people
     ]

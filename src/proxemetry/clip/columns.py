@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from ..people.doubts import PersonDoubt
+from ..people.doubts import OF_PHOTOS, PersonDoubt
 from ..tables import DOUBT, Column, attribute_columns, codebook_markdown, markdown_table
 
 #: The tables of a clip's folder; the last four name tracks, and stay away with --aggregate-only.
@@ -13,7 +13,7 @@ TABLES = ("frames", "tracks", "people", "pairs_over_time", "exposure", "events")
 OF_TRACKS = TABLES[1:]
 
 _N, _I, _T, _B = "DOUBLE", "INTEGER", "VARCHAR", "BOOLEAN"
-_WHY = f"why this may not be a person, or may be one found twice ({', '.join(PersonDoubt)}, with + between them),"
+_WHY = f"why this may not be a person, or may be one found twice ({', '.join(OF_PHOTOS)}, with + between them),"
 
 
 def limit_name(limit_m: float | str) -> str:
@@ -92,7 +92,13 @@ def _people(limits: Sequence[str]) -> tuple[Column, ...]:
             for x in limits
         ),
         *(Column(f"person_seconds_within_{x}_apart", _N, "s", f"the same without companions, {x} m") for x in limits),
-        Column(DOUBT, _T, "", f"{_WHY} by most sightings; none: no doubt; empty: only boxes are known"),
+        Column(
+            DOUBT,
+            _T,
+            "",
+            f"{_WHY} by most sightings; {PersonDoubt.MOTIONLESS}: did not move for three minutes or "
+            "more; none: no doubt; empty: only boxes are known",
+        ),
     )
 
 

@@ -1,4 +1,4 @@
-"""Doubts about whole tracks: what most of the frames that show a person say."""
+"""Doubts about whole tracks: what most of the frames that show a person say, and what all of them show together."""
 
 from __future__ import annotations
 
@@ -8,10 +8,12 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import FloatArray
 from ..people.attributes import Attributes, PairsWhere, values_of
 from ..people.doubts import PersonDoubt
 from ..tables import DOUBT, doubts_in_text, reasons_in
 from .placing import Placed
+from .stillness import is_motionless
 
 
 def of_sightings(
@@ -22,6 +24,25 @@ def of_sightings(
         placed[frame].doubts[row] if row >= 0 and placed[frame].doubts else None
         for frame, row in zip(frames, rows, strict=True)
     ]
+
+
+def stays_put(
+    frames: NDArray[np.intp], t_s: FloatArray, rows: NDArray[np.intp], placed: Sequence[Placed]
+) -> bool:  # fmt: skip
+    """Return whether a track, given its frames (n,), their times and its rows of their scenes, never moves at all."""
+    seen, joints = list[float](), list[FloatArray]()
+    for frame, time, row in zip(frames, t_s, rows, strict=True):
+        of_frame = placed[frame].keypoints_px
+        if row >= 0 and of_frame is not None:
+            seen.append(time)
+            joints.append(of_frame[row])
+    return bool(seen) and is_motionless(np.array(seen), np.array(joints, dtype=float))
+
+
+def of_track(sightings: Sequence[tuple[PersonDoubt, ...]], motionless: bool) -> tuple[PersonDoubt, ...] | None:
+    """Return a track's reasons in their order, given those of its sightings; None without sightings."""
+    reasons = of_most(sightings)
+    return reasons if reasons is None or not motionless else (*reasons, PersonDoubt.MOTIONLESS)
 
 
 def of_most(sightings: Sequence[tuple[PersonDoubt, ...]]) -> tuple[PersonDoubt, ...] | None:

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..archive.run.interrupts import WorkerProcesses
 from ..archive.store import parts
@@ -32,7 +33,8 @@ _FEWEST_PARTS = 3
 class Placed:
     """One frame's people on the floor; facing: (row, row) -> probability of an F-formation, where not small.
 
-    attributes, doubts: of all people in the scene, by its rows; no doubts where only boxes are known.
+    attributes, doubts, keypoints_px: of all people in the scene, by its rows; keypoints are of shape (P, K, 2). No
+    doubts and no keypoints where only boxes are known.
     """
 
     sightings: Sightings
@@ -42,6 +44,7 @@ class Placed:
     facing: dict[tuple[int, int], float]
     attributes: Sequence[Attributes] = ()
     doubts: Sequence[tuple[PersonDoubt, ...]] = ()
+    keypoints_px: NDArray[np.float32] | None = None
 
 
 @dataclass(frozen=True)
@@ -91,8 +94,11 @@ def _place_part(task: _Task) -> list[Placed]:
         if mount is not None:
             bodies = _held_fit(scene, mount, task.settings, known)
         seen = sightings_of(t_s, scene.people, bodies, mount)
-        doubts = () if scene.bodies.method == "box" else scene.doubts
-        answer.append(Placed(seen, scene.status, scene.reason, len(scene), facing, scene.people.attributes, doubts))
+        doubts, joints = (), None
+        if scene.bodies.method != "box":
+            doubts, joints = scene.doubts, scene.people.keypoints_px.astype(np.float32)
+        about = scene.people.attributes, doubts, joints
+        answer.append(Placed(seen, scene.status, scene.reason, len(scene), facing, *about))
     return answer
 
 

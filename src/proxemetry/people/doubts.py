@@ -18,12 +18,13 @@ from .people import People
 
 
 class PersonDoubt(StrEnum):
-    """Why a detection may not be a person in the photo."""
+    """Why a detection may not be a person in the photo; `MOTIONLESS` needs a clip."""
 
     POSSIBLE_DUPLICATE = "possible_duplicate"
     OTHER_CLASS = "other_class"
     NO_UPPER_BODY = "no_upper_body"
     IN_PICTURE = "in_picture"
+    MOTIONLESS = "motionless"
 
     @property
     def words(self) -> str:
@@ -36,7 +37,10 @@ _WORDS = {
     PersonDoubt.OTHER_CLASS: "may be another kind of thing",
     PersonDoubt.NO_UPPER_BODY: "legs without a body above",
     PersonDoubt.IN_PICTURE: "may be on a screen or in a picture",
+    PersonDoubt.MOTIONLESS: "never moves",
 }
+#: The reasons that a single photo or frame can give.
+OF_PHOTOS = tuple(doubt for doubt in PersonDoubt if doubt is not PersonDoubt.MOTIONLESS)
 
 
 #: A thing that scores at least this part of the person's score in the same place makes a person doubtful, by back end;

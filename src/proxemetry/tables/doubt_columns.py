@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from ..people.doubts import PersonDoubt
+from ..people.doubts import OF_PHOTOS, PersonDoubt
 from ..scene import Scene
 
 #: The column of people, and its value if nothing speaks against a person.
@@ -13,7 +13,7 @@ DOUBT, NO_DOUBT = "doubt", "none"
 _AND = "+"
 
 MEANING = (
-    f"why this may not be a person, or may be one found twice: {', '.join(PersonDoubt)}, with {_AND} between them; "
+    f"why this may not be a person, or may be one found twice: {', '.join(OF_PHOTOS)}, with {_AND} between them; "
     f"{NO_DOUBT}: no doubt; empty: measured by a version without this column"
 )
 
