@@ -129,7 +129,7 @@ def write_frozen(
         pixels = there_and_back[number % len(there_and_back)]
         made = pixels.copy()
         for held in chosen:
-            margin = (0.5 if held.whole else 0.12) * (held.box_px[3] - held.box_px[1])
+            margin = (1.0 if held.whole else 0.12) * (held.box_px[3] - held.box_px[1])
             around = held.box_px + margin * np.array([-1, -1, 1, 1])
             x0, y0, x1, y1 = around.clip(0, [width, height] * 2).astype(int)
             here = np.s_[y0:y1, x0:x1]

@@ -12,12 +12,12 @@ import numpy as np
 from ..arrays import FloatArray
 
 #: A joint's place is its median over so many seconds, which the noise of single frames hardly moves.
-WINDOW_S = 5.0
+WINDOW_S = 10.0
 #: Who is seen for less may be a person who happens to keep still, seconds: the head of someone who sits at a screen
-#: strays by 3 mm within half a minute, 7 mm within two, 15 mm within three.
+#: strays by 4 mm within one minute at the stillest, 7 mm within two, 13 mm within three.
 LEAST_S = 180.0
 #: Who strays less than this from the usual place, as a share of the body's size in the picture, does not move: 10 mm of
-#: someone seen whole. People frozen in a clip, 70 to 110 pixels tall, stray by 0.003 to 0.007.
+#: someone seen whole. People frozen in a clip, 70 to 110 pixels tall, stray by 0.004 to 0.009.
 MOST_STRAYED = 0.008
 #: The body strays as far as this share of its joints at most, for this share of the time: a head that turns or a hand
 #: that moves is a person's; a passer-by who hides the body for a moment makes no person of it.
