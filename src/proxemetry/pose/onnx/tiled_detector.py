@@ -84,9 +84,11 @@ def normalised(canvases: RGBArray, part: Input, network: Network) -> Floats:
     import cv2
 
     ordered = [cv2.cvtColor(c, cv2.COLOR_RGB2BGR) for c in canvases] if part.colours == "bgr" else list(canvases)
-    table = _values(part.mean, part.std)
-    looked_up = [np.asarray(cv2.LUT(canvas, table), np.float32) for canvas in ordered]
-    values = looked_up[0][None] if len(looked_up) == 1 else np.stack(looked_up)
+    if any(part.mean) or set(part.std) != {1}:
+        table = _values(part.mean, part.std)
+        ordered = [cv2.LUT(canvas, table) for canvas in ordered]
+    as_numbers = [np.asarray(canvas, np.float32) for canvas in ordered]
+    values = as_numbers[0][None] if len(as_numbers) == 1 else np.stack(as_numbers)
     return values if network.channels_last else np.ascontiguousarray(values.transpose(0, 3, 1, 2))
 
 
