@@ -286,11 +286,17 @@ def test_boxes_that_few_cells_see_are_dropped(rows: list[tuple[float, ...]], ove
     assert len(seen_often(kept, found, overlap, 2)) == len(kept) - sum(alone)
 
 
-@given(st.sampled_from(["rgb", "bgr"]), st.booleans(), st.integers(0, 2**32 - 1))
-@settings(max_examples=20)
-def test_a_network_sees_levels_less_the_mean_over_the_deviation(colours: str, last: bool, seed: int) -> None:
+_SCALES = [((103.53, 116.28, 123.675), (57.375, 57.12, 58.395)), ((0.0, 0.0, 0.0), (255.0, 255.0, 255.0))]
+_SCALES += [((0.0, 0.0, 1.0), (1.0, 1.0, 1.0)), ((0.0, 0.0, 0.0), (1.0, 1.0, 1.0))]
+
+
+@given(st.sampled_from(["rgb", "bgr"]), st.sampled_from(_SCALES), st.booleans(), st.integers(0, 2**32 - 1))
+@settings(max_examples=40)
+def test_a_network_sees_levels_less_the_mean_over_the_deviation(
+    colours: str, scale: tuple[tuple[float, float, float], tuple[float, float, float]], last: bool, seed: int
+) -> None:
     image = np.random.default_rng(seed).integers(0, 256, (2, 5, 7, 3), np.uint8)
-    part = Input("x", "yolox", colours=colours, mean=(103.53, 116.28, 123.675), std=(57.375, 57.12, 58.395))
+    part = Input("x", "yolox", colours=colours, mean=scale[0], std=scale[1])
     network = SimpleNamespace(channels_last=last)
     seen = normalised(image, part, network)  # type: ignore[arg-type]
     expected = (image[..., :: -1 if colours == "bgr" else 1] - np.float32(part.mean)) / np.float32(part.std)
