@@ -8,6 +8,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from proxemetry import measure
 from proxemetry.camera import Camera, Doubt, FocalSource
@@ -16,7 +18,7 @@ from proxemetry.camera.focal import FocalRequest, estimate_camera
 from proxemetry.camera.from_people import self_calibration
 from proxemetry.camera.from_people.self_calibration import FocalPosterior
 from proxemetry.camera.lines import gravity_from_lines
-from proxemetry.camera.lines.segments import segments_of, straight_segments, without_graphics
+from proxemetry.camera.lines.segments import halved, segments_of, straight_segments, without_graphics
 from proxemetry.camera.others import SameShoot
 from proxemetry.camera.published import quantile_mm
 from proxemetry.camera.unstated import _GRID, _information, _of_people, _posterior, without_statement
@@ -160,6 +162,28 @@ def test_segments_are_where_the_lines_are_and_not_in_people() -> None:
     larger = np.repeat(np.repeat(pixels, 4, axis=0), 4, axis=1)
     again = straight_segments(larger, np.zeros((0, 4)))
     np.testing.assert_allclose(again[np.abs(again[:, 1] - again[:, 3]) < 4][:, [1, 3]], 400, atol=3)
+
+
+@given(st.integers(2560, 2700), st.integers(150, 900), st.booleans(), st.floats(0.2, 0.8))
+@settings(max_examples=12, deadline=None)
+def test_segments_of_large_pictures_are_where_the_lines_are(long: int, short: int, upright: bool, part: float) -> None:
+    # halved once before, whatever is odd about its sides
+    pixels = np.zeros((short, long, 3), np.uint8)
+    edge = round(part * long)
+    pixels[:, edge:] = 255
+    found = straight_segments(pixels.swapaxes(0, 1) if upright else pixels, np.zeros((0, 4)))
+    across = found[:, [1, 3]] if upright else found[:, [0, 2]]
+    assert len(found)
+    np.testing.assert_allclose(across, edge, atol=0.4 * long / 640)
+
+
+def test_pictures_are_halved_while_they_stay_twice_as_large_as_they_are_to_be() -> None:
+    for side, left, times in ((2559, 2559, 1), (2560, 1280, 2), (5119, 2559, 2), (5121, 1280, 4)):
+        grey, found = halved(np.zeros((8, side), np.uint8))
+        assert (grey.shape[1], found) == (left, times)
+    squares = np.array([[10, 20], [30, 41]], np.uint8)
+    grey, _ = halved(np.tile(squares, (2, 1300)))
+    assert grey.shape == (2, 1300) and (grey == 25).all()  # the mean of 2 x 2, rounded
 
 
 def test_pieces_of_one_line_are_one_and_those_of_a_bend_are_not() -> None:

@@ -96,10 +96,10 @@ def _detected(pixels: RGBArray, to_photo: FloatArray) -> Detected:
     height, width = pixels.shape[:2]
     scale = min(1.0, LONG_SIDE_PX / max(width, height))
     size = max(1, round(width * scale)), max(1, round(height * scale))
-    to_pixels, nothing = np.tile((width / size[0], height / size[1]), 2), np.zeros((0, 4))
+    grey, times = halved(np.asarray(cv2.cvtColor(pixels, cv2.COLOR_RGB2GRAY), np.uint8))
+    to_pixels, nothing = np.tile(times * np.flip(grey.shape) / size, 2), np.zeros((0, 4))
     if min(size) < 8:
         return Detected(nothing, size, to_pixels, to_photo)
-    grey = cv2.cvtColor(pixels, cv2.COLOR_RGB2GRAY)
     if scale < 1:
         grey = cv2.resize(grey, size, interpolation=cv2.INTER_AREA)
     found = cv2.createLineSegmentDetector(cv2.LSD_REFINE_NONE).detect(grey)[0]
@@ -108,6 +108,21 @@ def _detected(pixels: RGBArray, to_photo: FloatArray) -> Detected:
     # a pixel is looked up at its middle, where OpenCV counts it from
     segments = np.asarray(found, dtype=float).reshape(-1, 4) + 0.5
     return Detected(segments, size, to_pixels, to_photo)
+
+
+def halved(grey: NDArray[np.uint8]) -> tuple[NDArray[np.uint8], int]:
+    """Return a picture halved as often as it stays twice as large as it is to be, and how much smaller it is now.
+
+    A last odd row or column goes. Means of 2 x 2 pixels take a tenth of the time of those of fractions of pixels.
+    """
+    import cv2
+
+    times = 1
+    while max(grey.shape) >= 4 * LONG_SIDE_PX and min(grey.shape) > 1:
+        height, width = grey.shape[0] // 2, grey.shape[1] // 2
+        even = grey[: 2 * height, : 2 * width]
+        grey, times = np.asarray(cv2.resize(even, (width, height), interpolation=cv2.INTER_AREA), np.uint8), 2 * times
+    return grey, times
 
 
 def _outside_people(found: Detected, boxes_px: FloatArray) -> FloatArray:
