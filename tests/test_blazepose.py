@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib.util
 import json
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -18,10 +19,10 @@ from proxemetry.overlap import iou
 from proxemetry.photo import Photo
 from proxemetry.pose import PoseOptions, backend_named, lacking
 from proxemetry.pose.blazepose import networks
-from proxemetry.pose.blazepose.detectors import merged, windows_of
-from proxemetry.pose.blazepose.duplicates import agree, are_same, extent_px, is_among
+from proxemetry.pose.blazepose.detectors import FACE_HEAD, Detector, merged, windows_of
+from proxemetry.pose.blazepose.duplicates import agree, are_same, extent_px, is_among, similarity
 from proxemetry.pose.blazepose.finder import PersonFinder, _anchors
-from proxemetry.pose.blazepose.landmarks import Candidate
+from proxemetry.pose.blazepose.landmarks import Candidate, _refined, _thinned
 from proxemetry.pose.blazepose.proposals import in_boxes
 from proxemetry.pose.blazepose.pruning import without_output
 from proxemetry.pose.blazepose.regions import Picture, Region
@@ -106,6 +107,121 @@ def _standing(x: float, scale: float = 1.0) -> Candidate:
     mask = ((np.abs(cells[..., 0] - x) < 24 * scale) & (np.abs(cells[..., 1] - region.y) < 100 * scale)).astype(float)
     ones = np.ones(33)
     return Candidate(points, ones, ones, ones, 1.0, np.zeros((33, 3)), mask, region, region)
+
+
+def test_heads_and_shoulders_in_one_place_are_one_person_however_the_rest_is_seen():
+    """Two looks at one who sits: the legs are anywhere, and no silhouette holds the other."""
+    one, nowhere = _standing(100), np.zeros((64, 64))
+    points = one.keypoints_px.copy()
+    points[23:] += (90, -40)  # hips and legs: another pose altogether
+    points[13:23] += (60, -50)
+    other = replace(one, keypoints_px=points, mask=nowhere)
+    one = replace(one, mask=nowhere)
+    assert not agree(one, other)
+    assert are_same(one, other)
+    for joints, aside in (([*range(11)], 40), ([11, 12], 150)):  # the head, or the shoulders, are elsewhere
+        moved = other.keypoints_px.copy()
+        moved[joints] -= (aside, 0)
+        assert not are_same(one, replace(other, keypoints_px=moved))
+        assert not are_same(replace(other, keypoints_px=moved), one)
+
+
+def test_likeness_counts_joints_as_far_as_both_see_them():
+    one = _standing(100)
+    points = one.keypoints_px.copy()
+    points[[15, 16]] += (0, 80)  # wrists elsewhere, of which one look says that it hardly sees them
+    seen = np.ones(33)
+    seen[[15, 16]] = 0.0
+    assert similarity(one, replace(one, keypoints_px=points, visibility=seen)) > 0.999
+    assert similarity(one, replace(one, keypoints_px=points)) == pytest.approx(15 / 17, abs=0.01)
+
+
+@given(angle=angles, u=st.floats(-1, 1), v=st.floats(-1, 1))
+def test_a_square_moves_along_its_own_axes(angle, u, v):
+    region = Region(200.0, 300.0, 80.0, angle)
+    moved = region.moved(u, v, 1.5, 0.2)
+    np.testing.assert_allclose((moved.x, moved.y), region.to_photo(np.array([0.5 + u, 0.5 + v])), atol=1e-9)
+    assert (moved.size, moved.angle_rad) == (120.0, angle + 0.2)
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_a_square_resembles_one_a_little_aside_on_either_side(sign):
+    region = Region(200.0, 300.0, 100.0, 0.3)
+    for change, alike in (
+        (Region(200 + sign * 2.0, 300, 100, 0.3), True), (Region(200 + sign * 4.0, 300, 100, 0.3), False),
+        (Region(200, 300 + sign * 2.0, 100, 0.3), True), (Region(200, 300 + sign * 4.0, 100, 0.3), False),
+        (Region(200, 300, 100 * math.exp(sign * 0.05), 0.3), True),
+        (Region(200, 300, 100 * math.exp(sign * 0.07), 0.3), False),
+        (Region(200, 300, 100, 0.3 + sign * 0.1 + 2 * math.pi), True),
+        (Region(200, 300, 100, 0.3 + sign * 0.13), False),
+    ):  # fmt: skip
+        assert change.resembles(region) == alike
+
+
+def test_a_silhouette_is_thinned_to_the_middle_of_each_block():
+    logits = np.full((256, 256), -9.0, np.float32)
+    logits[2::4, 2::4] = 9.0
+    assert _thinned(logits).shape == (64, 64) and _thinned(logits).min() > 0.99
+
+
+@given(at=st.tuples(st.floats(0, 63.9), st.floats(0, 63.9)))
+def test_a_point_moves_to_the_middle_of_its_heat(at):
+    """A bump two cells wide at cell (x, y): its centre of mass among the cells around, cut where the map ends."""
+    x, y = (round(v) for v in at)
+    x, y = min(x, 63), min(y, 63)
+    rows, columns = np.mgrid[0:64, 0:64]
+    heat = np.where((np.abs(columns - x) <= 1) & (np.abs(rows - y) <= 1), 20.0, -60.0)
+    inside = [[c for c in range(v - 1, v + 2) if 0 <= c < 64] for v in (x, y)]
+    near = np.clip(np.array([[x + 0.5 + 1, y + 0.5 - 1]]), 0.2, 63.8) / 64
+    found = _refined(near, heat[..., None].astype(np.float32))
+    np.testing.assert_allclose(found[0] * 64, [np.mean(c) for c in inside], atol=1e-6)
+    assert _refined(near, np.full((64, 64, 1), -1.0, np.float32)) == pytest.approx(near)  # unsure: it stays
+    outside = np.array([[1.2, 0.5]])
+    assert _refined(outside, heat[..., None].astype(np.float32)) == pytest.approx(outside)
+
+
+def test_where_a_torso_faces_is_a_direction():
+    for degrees in (0, 30, 135, -90):
+        turn = math.radians(degrees)
+        world = np.zeros((33, 3))
+        across = 0.2 * np.array([math.cos(turn), 0, math.sin(turn)])
+        world[[11, 23]], world[[12, 24]] = across, -across
+        facing = replace(_standing(100), world_m=world).facing
+        assert abs(facing) == pytest.approx(1) and math.degrees(math.atan2(facing.imag, facing.real)) == pytest.approx(
+            degrees
+        )
+
+
+class _Drawn:
+    """A detector's network that answers one box at its third anchor; keeps what it was shown."""
+
+    side = 32
+
+    def __init__(self, *_args: object) -> None:
+        self.shown = np.zeros(0)
+
+    def __call__(self, canvas: np.ndarray) -> dict[int, np.ndarray]:
+        self.shown = canvas
+        raw, logits = np.zeros((64, 4 + 12), np.float32), np.full(64, -9.0, np.float32)
+        raw[10] = [1.0, -2.0, 6.0, 8.0, *([0.5, 1.5] * 6)]
+        logits[10] = 2.0
+        return {64 * 16: raw, 64: logits}
+
+
+def test_a_detectors_box_comes_back_to_the_photo(monkeypatch):
+    """A window of 100 x 50 at (20, 10) in a canvas of 32: scale 0.32, 8 rows of black above it."""
+    monkeypatch.setattr("proxemetry.pose.blazepose.detectors.Network", _Drawn)
+    detector = Detector(Path("none"), FACE_HEAD, 1)
+    pixels = np.full((200, 300, 3), 255, np.uint8)
+    found = detector.find(Picture(pixels), [(20, 10, 100, 50)], 0.5)
+    assert found.scores == pytest.approx([1 / (1 + math.exp(-2))])
+    centre = np.array([2 * 4 + 2 + 1.0, 1 * 4 + 2 - 2.0])  # anchors of stride 4: the eleventh is in row 1, column 2
+    corner = (centre - (3, 4) - (0, 8)) / 0.32 + (20, 10)
+    np.testing.assert_allclose(found.boxes_px[0], [*corner, *(corner + (6 / 0.32, 8 / 0.32))])
+    np.testing.assert_allclose(found.keypoints_px[0, 0], (centre + (-0.5, 3.5) - (0, 8)) / 0.32 + (20, 10))
+    shown = detector._network.shown  # white is 1 and black is -1
+    assert shown[16].min() == pytest.approx(1.0) and shown[2].max() == pytest.approx(-1.0)
+    assert len(detector.find(Picture(pixels), [(20, 10, 100, 50)], 0.9)) == 0
 
 
 def test_two_people_side_by_side_are_two_and_two_looks_at_one_are_one():

@@ -74,6 +74,20 @@ def test_boxes_confirm_those_whom_they_hold_one_for_one() -> None:
     assert len(confirmed_by_boxes(people, everything)) == 1, "one box is one person"
 
 
+@pytest.mark.parametrize("shift", [(0, 0), (-5000, 300), (40, 7000)])
+def test_where_in_the_picture_people_stand_does_not_matter_to_who_confirms_them(shift: tuple[int, int]) -> None:
+    people = _people([(x + shift[0], y + shift[1]) for x, y in PLACES])
+    x0, y0, x1, y1 = people.boxes_px[1]
+    width, height = x1 - x0, y1 - y0
+    for box, confirmed in (
+        ((x0, y0, x1, y1), True),
+        ((x0 + 0.08 * width, y0 + 0.08 * height, x1 - 0.08 * width, y1 - 0.08 * height), True),  # hands and feet cut
+        ((x0, y0 - height, x1, y0 - 0.2 * height), False),  # above, in the same columns
+        ((x1 + 0.2 * width, y0, x1 + width, y1), False),  # beside, in the same rows
+    ):
+        assert len(confirmed_by_boxes(people, np.array([box]))) == confirmed
+
+
 class _Fixed:
     def __init__(self, name: str, people: People) -> None:
         self.name, self.skeleton, self.people = name, people.skeleton, people

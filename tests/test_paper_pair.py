@@ -17,7 +17,17 @@ from proxemetry.people.skeleton import BODY_25
 from proxemetry.photo import Photo
 from proxemetry.pose import backend_named
 from proxemetry.pose.detections import Detections
-from proxemetry.pose.paper.body25 import CHANNELS, JOINTS, LIMBS, decode, peaks_of
+from proxemetry.pose.paper.body25 import (
+    CHANNELS,
+    JOINTS,
+    LIMBS,
+    PEAK_THRESHOLD,
+    _connect,
+    _limb_scores,
+    _Person,
+    decode,
+    peaks_of,
+)
 from proxemetry.pose.paper.box_groups import grouped, grouped_as_published
 from proxemetry.pose.paper.opencv_network import DarknetDetector, OpenCvNetwork
 from proxemetry.pose.paper.openpose_body25 import Body25, net_scale, net_size
@@ -173,6 +183,60 @@ def test_peaks_are_centres_of_gravity_and_shun_the_rim() -> None:
     plateau[8:10, 8] = 1
     assert len(peaks_of(plateau)) == 0, "inside, a peak is higher than all of its neighbours"
     assert len(peaks_of(np.zeros((2, 50), np.float32))) == 0
+
+
+def test_one_pixel_from_the_edge_a_peak_may_be_a_plateau() -> None:
+    """As high as a neighbour, where resizing makes them: OpenPose's own rule of the outermost ring."""
+    ring = np.zeros((20, 20), np.float32)
+    ring[1, 5:7] = 1
+    assert len(peaks_of(ring)) == 2
+    one_in = np.zeros((20, 20), np.float32)
+    one_in[2, 5:7] = 1
+    assert len(peaks_of(one_in)) == 0
+
+
+@pytest.mark.parametrize(
+    ("turned_deg", "strength", "covered", "score"),
+    [(0, 0.8, 1.0, 0.8), (60, 0.8, 1.0, 0.4), (90, 0.8, 1.0, 0.0), (180, 0.8, 1.0, 0.0), (0, 0.04, 1.0, 0.0),
+     (0, 0.8, 0.97, 0.8), (0, 0.8, 0.8, 0.0)],
+)  # fmt: skip
+def test_a_limb_scores_its_field_along_the_line(
+    turned_deg: float, strength: float, covered: float, score: float
+) -> None:
+    """A field of one strength and direction over a part of the line; the mean of what is strong enough of it."""
+    turn = np.radians(turned_deg)
+    field_x, field_y = (np.full((100, 120), strength * v, np.float32) for v in (np.cos(turn), np.sin(turn)))
+    beyond = round(10 + 100 * covered)
+    field_x[:, beyond:] = field_y[:, beyond:] = 0
+    a, b = np.array([[10.0, 50, 0.9]]), np.array([[110.0, 50, 0.9]])
+    assert _limb_scores(a, b, field_x, field_y) == pytest.approx(np.array([[score]]), abs=1e-6)
+
+
+def test_joints_that_nearly_coincide_get_the_least_score() -> None:
+    nothing = np.zeros((150, 150), np.float32)
+    a = np.array([[50.0, 50, 0.9]])
+    assert _limb_scores(a, a + (0.7, 0, 0), nothing, nothing) == pytest.approx(PEAK_THRESHOLD)
+    assert _limb_scores(a, a + (1.3, 0, 0), nothing, nothing) == 0
+    assert _limb_scores(a, a, nothing, nothing) == 0
+
+
+def test_a_persons_score_is_of_all_joints_and_connections_once() -> None:
+    """Two arms and what ties them together: four joints, three connections, and one that closes a ring."""
+    people: list[_Person] = []
+    owner: dict[tuple[int, int], _Person] = {}
+    joints = {joint: (joint, 0, 0.1 * joint) for joint in (1, 2, 3, 4)}
+    _connect(people, owner, joints[1], joints[2], 0.5)
+    _connect(people, owner, joints[3], joints[4], 0.6)
+    assert [p.score for p in people] == pytest.approx([0.8, 1.3])
+    _connect(people, owner, joints[2], joints[3], 0.7)
+    (whole,) = people
+    assert whole.score == pytest.approx(0.8 + 1.3 + 0.7) and whole.peaks == {1: 0, 2: 0, 3: 0, 4: 0}
+    _connect(people, owner, joints[4], joints[1], 0.05)
+    assert whole.score == pytest.approx(2.85)
+    _connect(people, owner, joints[1], (5, 0, 0.3), 0.2)
+    assert whole.score == pytest.approx(3.35) and whole.peaks[5] == 0
+    _connect(people, owner, joints[2], (5, 1, 0.9), 0.9)  # a surer one was there before
+    assert whole.score == pytest.approx(3.35) and whole.peaks[5] == 0
 
 
 def test_every_field_belongs_to_one_limb() -> None:

@@ -57,7 +57,7 @@ def closeness(people: People, others: People) -> FloatArray:
 
 def _extent(people: People) -> FloatArray:
     """Return the diagonal of each skeleton's bounds, shape (P,)."""
-    points = np.where(np.isfinite(people.keypoints_px), people.keypoints_px, np.nan)
+    points = people.keypoints_px
     if not len(points):
         return np.zeros(0)
     low = np.where(np.isfinite(points), points, np.inf).min(axis=1)
