@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from benchmarks.networks.hand_labels import Pair
-from benchmarks.networks.keypoint_noise import fitted, lengths
+from benchmarks.networks.keypoint_noise import beside, fitted, lengths
 from proxemetry.anthropometry import LENGTHS
 from proxemetry.camera import Camera
 from proxemetry.locate import LocateSettings
@@ -245,3 +245,20 @@ def test_lengths_tell_what_all_people_and_what_each_has_in_common() -> None:
     rows = {name: (ratio, common) for name, _, ratio, _, common in lengths(found, law)}
     assert rows["shoulders"] == pytest.approx((0.9, 0.09), abs=0.025)
     assert rows["torso"] == pytest.approx((1.0, 0.0), abs=0.02)
+
+
+def test_two_back_ends_beside_each_other_show_how_much_of_the_errors_is_the_labels() -> None:
+    rng = np.random.default_rng(5)
+    exact = _standing(500, list(COCO_17.joints)).keypoints_px
+    one: list[Pair] = []
+    other: list[Pair] = []
+    for k in range(200):
+        label, seen, again = (
+            People(COCO_17, exact + rng.normal(0, sd, exact.shape), np.ones(exact.shape[:2])) for sd in (8, 6, 3)
+        )
+        one.append(Pair(f"{k}", label, 0, seen, 0, 500.0))
+        other.append(Pair(f"{k}", label, 0, again, 0, 500.0))
+    for _, count, spreads, share, error in beside(one, other[50:]):
+        assert count in (5 * 150, 2 * 150, 4 * 150)
+        assert spreads == pytest.approx(np.hypot([8, 8, 6], [6, 3, 3]) / 500, rel=0.1)
+        assert share == pytest.approx(0.64, abs=3 * error) and 0.005 < error < 0.1

@@ -1,6 +1,6 @@
 """The noise of a back end's joints: the rows of `keypoint_noise.toml`.
 
-    python -m benchmarks.networks.keypoint_noise --pose NAME [--labels DIR] [--repeat DIR] [--models DIR]
+    python -m benchmarks.networks.keypoint_noise --pose NAME [--labels DIR] [--repeat DIR] [--beside NAME]
 
 From hand-labelled people (`hand_labels`): how far each kind of joint lies from its label by score and by size in the
 photo (`proxemetry.people.keypoint_noise` has the law); by how much lengths between joints differ from the labelled ones
@@ -27,7 +27,7 @@ from benchmarks.networks.hand_labels import LENGTHS, Pair, joint_arrays, labelle
 from benchmarks.networks.networks_at_hand import add_models_option
 from proxemetry.people import PoseBackend
 from proxemetry.people.keypoint_noise import NoiseLaw, apparent_stature_px, laws
-from proxemetry.people.skeleton import Skeleton, kind_of
+from proxemetry.people.skeleton import COCO_17, Skeleton, kind_of
 from proxemetry.photo import Photo
 from proxemetry.pose import PoseOptions, backend_named
 
@@ -128,6 +128,45 @@ def repeated(backend: PoseBackend, photos: Sequence[Path], law: NoiseLaw) -> flo
     return float(np.nanmedian(np.concatenate(units)) / _MEDIAN_OF_NORMAL)
 
 
+def beside(found: Sequence[Pair], others: Sequence[Pair]) -> Iterator[tuple[str, int, FloatArray, float, float]]:
+    """Yield group, number of joints, how far the back end and another one are from the labels and from each other
+    (3,), in statures, and the share of the first's variance that is the labels', with its standard error.
+
+    From three that err independently each one's variance follows (Grubbs 1948). What both networks get wrong alike
+    counts as the labels': shares are upper limits.
+    """
+    there = {(pair.photo, pair.row): pair for pair in others}
+    both = [(pair, there[pair.photo, pair.row]) for pair in found if (pair.photo, pair.row) in there]
+    rng = np.random.default_rng(0)
+    for name, kinds in GROUPS.items():
+        gaps = [gap for one, other in both for gap in _three_gaps(one, other, kinds)]
+        if len(gaps) < _FEWEST:
+            continue
+        apart = np.array(gaps)
+        drawn = [_share(apart[rng.integers(len(apart), size=len(apart))]) for _ in range(200)]
+        yield name, len(apart), _spreads(apart), _share(apart), float(np.std(drawn))
+
+
+def _three_gaps(one: Pair, other: Pair, kinds: Sequence[str]) -> Iterator[FloatArray]:
+    """Yield of each joint of these kinds that all three have (3, 2): one and other minus the label, one minus other."""
+    for joint in COCO_17.joints:
+        if kind_of(joint) in kinds:
+            label = one.truth.joint(joint)[one.row]
+            seen, again = one.seen.joint(joint)[one.seen_row], other.seen.joint(joint)[other.seen_row]
+            gaps = np.array([seen - label, again - label, seen - again]) / one.stature_px
+            if np.isfinite(gaps).all():
+                yield gaps
+
+
+def _spreads(gaps: FloatArray) -> FloatArray:
+    return np.median(np.abs(gaps), axis=(0, 2)) / _MEDIAN_OF_NORMAL
+
+
+def _share(gaps: FloatArray) -> float:
+    one, other, between = _spreads(gaps) ** 2
+    return float((one + other - between) / 2 / one)
+
+
 def row_of(name: str, skeleton: Skeleton, found: Sequence[Pair], law: NoiseLaw) -> list[str]:
     """Return the lines of a back end's row."""
     number = sum(len(list(pair.errors())) for pair in found)
@@ -149,6 +188,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--labels", type=Path, default=Path("../shared/data/labelled_people"))
     parser.add_argument("--repeat", type=Path, help="photos to measure repeatedly")
+    parser.add_argument("--beside", help="another back end: how much of the errors is the labels'")
     add_models_option(parser)
     parser.add_argument("--pose", required=True)
     parser.add_argument("--effort", default="normal")
@@ -158,6 +198,13 @@ def main() -> None:
     arrays = joint_arrays(found)
     law = fitted(arrays["joint"], arrays["score"], arrays["body_px"], arrays["error"])
     print("\n".join(row_of(backend.name, backend.skeleton, found, law)))
+    if args.beside:
+        others = pairs(backend_named(args.beside, PoseOptions(effort=args.effort)), labelled_people(args.labels))
+        for name, count, (one, other, between), share, error in beside(found, others):
+            print(
+                f"# {name}: {one:.4f} from {count} labels, {args.beside} {other:.4f}, {between:.4f} from each other: "
+                f"{share:.2f} give or take {error:.2f} of the variance is the labels'"
+            )
     if args.repeat:
         print(f"# {repeated(backend, photos_below([args.repeat]), law):.2f} of it differs from look to look")
 

@@ -9,10 +9,10 @@ how much the detector's answer varies at score 1, both as fractions of the statu
 gets uncertain. Also, a back end may see lengths between joints longer or shorter than they are: for all people alike
 (`scale`), and each person's by as much at all of their joints (`common`: a head that is seen too narrow is too narrow
 at both ears). It locates joints less well from above than from eye level, as there were few such in what it was trained
-on: noise grows with the sine of the angle from above (`from_above`). Last, people's errors are
-shared, so that many of them determine the camera less well than their number suggests (`alike`). The table
-`keypoint_noise.toml` holds the numbers with their origin; `benchmarks/networks/keypoint_noise.py` and `from_above.py`
-measure them.
+on: noise grows with the sine of the angle from above (`from_above`), and bodies are seen as if from less far above than
+they are (`too_level_deg`). Last, people's errors are shared, so that many of them determine the camera less well than
+their number suggests (`alike`). The table `keypoint_noise.toml` holds the numbers with their origin;
+`keypoint_noise.py`, `from_above.py` and `seen_tilt.py` of `benchmarks/networks` measure them.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ from .skeleton import kind_of
 DEFAULT_SOURCE = "default"
 
 #: `NoiseLaw.alike` of detectors that were not measured: that of those that were. Six people whose joints were measured
-#: have 88 % of their pairs inside the intervals with it, 76 without (benchmarks/accuracy/captured_people.py).
+#: have 89 % of their pairs inside the intervals with it, 77 without (benchmarks/accuracy/captured_people.py).
 UNMEASURED_ALIKE = 3.0
 #: `NoiseLaw.too_level_deg` of these: that of those that were measured.
 UNMEASURED_TOO_LEVEL_DEG = 2.0
