@@ -203,7 +203,7 @@ def test_people_of_pictures_minutes_apart_count_as_no_more_than_one_picture_show
         out = tmp_path / fps
         assert run(tmp_path, "lapse", "l.json", out, "--fps", fps, *focal) == 0
         said = json.loads((out / "summary.json").read_text())["cameras"]["0"]
-        assert " 4 people" in said
+        assert " from 4 " in said  # people, or the short tracks that are all that is known of them
         spread[fps] = json.loads((out / "mount.json").read_text())["pitch_sd_deg"]
     assert spread["0.05"] > 0.7 * spread["5"]  # not a quarter: eight times four are still four
 
