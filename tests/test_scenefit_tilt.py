@@ -126,6 +126,16 @@ def test_how_steeply_somebody_is_looked_down_at():
     assert (expected > 0.1).all()
 
 
+def test_people_straight_below_are_not_shrunk_to_nothing():
+    local, shared = np.zeros((1, N_LOCAL)), camera_above(8.0, np.deg2rad(89.0))
+    local[:, DEPTH], local[:, LOG_LENGTHS] = np.log(6.5), np.log(LENGTHS_M)
+    assert angle_from_above(local, shared) == pytest.approx([np.deg2rad(53.0)])
+    level, tilted = (project(local, shared, tables(1, tilt)) for tilt in (0.0, -0.1))
+    size = [np.ptp(seen.points, axis=2) for seen in (level, tilted)]
+    assert size[1] == pytest.approx(size[0], rel=0.35)
+    assert np.isfinite(tilted.equations[..., :-1]).all()
+
+
 def test_no_tilt_is_expected_at_eye_level_and_all_of_it_from_ten_degrees_on():
     tilt = expected_tilt(2 * DEGREE, np.deg2rad([-30, 0, 5, 10, 50]))
     assert tilt[:, 0] == pytest.approx(np.deg2rad([0, 0, -1, -2, -2]))

@@ -39,6 +39,9 @@ PITCH, ROLL, HEIGHT, FOCAL, PRINCIPAL = 0, 1, 2, 3, slice(4, 6)
 N_SHARED = 6
 
 _STATURE = LENGTHS.index("stature")
+#: From more steeply above people are seen at the tilt that they have from here: nothing was measured beyond 53 degrees
+#: (`tilt`), and a body that is looked at along its axis has no length to keep.
+_STEEPEST_RAD = float(np.deg2rad(53.0))
 
 
 # Columns of a body's tables: one a length and one a latent, as the unknowns have them, and one for what neither moves.
@@ -144,10 +147,14 @@ def torso_position(local: FloatArray, shared: FloatArray) -> FloatArray:
 
 
 def angle_from_above(local: FloatArray, shared: FloatArray) -> FloatArray:
-    """Return how steeply each row's torso is looked down at, radians (R,); shared is (N_SHARED,) or (R, N_SHARED)."""
+    """Return how steeply each row's torso is looked down at, radians (R,), no more than `_STEEPEST_RAD`.
+
+    shared is (N_SHARED,) or (R, N_SHARED).
+    """
     sight = torso_position(local, shared)
     down = camera_axes(shared.reshape(-1, N_SHARED)[:, PITCH : ROLL + 1])[:, :, 1]
-    return np.arcsin((sight * down).sum(axis=1) / np.linalg.norm(sight, axis=1))
+    angle = np.arcsin((sight * down).sum(axis=1) / np.linalg.norm(sight, axis=1))
+    return np.clip(angle, -_STEEPEST_RAD, _STEEPEST_RAD)
 
 
 def torso_jacobian(position: FloatArray, shared: FloatArray) -> FloatArray:
