@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from proxemetry.annotate.places import MOST_TAGS, Places, Spot, Tape, solve
+from proxemetry.annotate.places.ambiguity import _reflected
 from proxemetry.annotate.places.contradiction import chi2_bound
 from proxemetry.annotate.places.layout import laid_out
 from proxemetry.annotate.places.network import Network
@@ -358,3 +359,17 @@ def test_a_mark_is_not_taped_to_itself_nor_twice_nor_without_end():
         solve([], [], [Spot("P0", 1, 1), Spot("P0", 1, 1)])
     with pytest.raises(SettingsError, match="more than"):
         solve([f"P{k}" for k in range(MOST_TAGS + 1)], [], [])
+
+
+@given(st.integers(0, 10**6))
+def test_a_part_is_mirrored_over_the_line_through_two_marks(seed):
+    """As far from both marks as before, on the other side; the rest stays, and twice is not at all."""
+    at = np.random.default_rng(seed).normal(0, 5, (5, 2))
+    mirrored = _reflected(at, (0, 3), [1, 4])
+    assert mirrored[[0, 2, 3]].tolist() == at[[0, 2, 3]].tolist()
+    for k in (1, 4):
+        for mark in (0, 3):
+            assert math.dist(mirrored[k], at[mark]) == pytest.approx(math.dist(at[k], at[mark]))
+        side = [(at[3] - at[0])[0] * (p - at[0])[1] - (at[3] - at[0])[1] * (p - at[0])[0] for p in (at[k], mirrored[k])]
+        assert side[1] == pytest.approx(-side[0], rel=1e-6, abs=1e-6)
+    assert _reflected(mirrored, (0, 3), [1, 4]) == pytest.approx(at)

@@ -17,7 +17,7 @@ from proxemetry.calibration.lengths import Length, with_lengths
 from proxemetry.calibration.lens import lens_of, with_open_principal
 from proxemetry.calibration.people import Gathered, PeopleFit, from_people
 from proxemetry.calibration.points import FloorPoints, from_homography, from_points, open_camera
-from proxemetry.calibration.report import TAKE_POINTS, doubt_m, floor_drawn, lines_of
+from proxemetry.calibration.report import TAKE_POINTS, doubt_m, floor_drawn, grid_lines, lines_of
 from proxemetry.camera import Camera, CameraEstimate, FloorFrame, FocalSource, Mount, Source
 from proxemetry.camera.floor_view import horizon, reach, to_floor, to_pixels
 from proxemetry.camera.focal import FocalRequest
@@ -453,6 +453,31 @@ def test_distances_of_a_calibrated_floor_are_off_by_as_much_as_stated_wherever_t
             sd = np.linalg.norm((gap / np.linalg.norm(gap)) @ (shared[a] - shared[b]))
             z.append((np.linalg.norm(gap) - np.linalg.norm(points[a] - points[b])) / sd)
     assert 0.7 < np.sqrt(np.mean(np.square(z))) < 1.3
+
+
+def test_a_stated_height_leaves_the_doubt_of_the_pitch():
+    """Of h / tan(b): h / sin(b)^2 for each radian of b, and nothing of a height that nobody doubts."""
+    sure = Mount.stated(0.3, 0.0, 7.0, pitch_sd_rad=0.01, height_sd_m=0.0, camera=CAMERA)
+    below = math.atan2(7.0, 25.0)
+    assert doubt_m(sure, 25.0) == pytest.approx(0.01 * 7.0 / math.sin(below) ** 2)
+
+
+def test_grid_lines_are_the_floors_metre_lines_near_the_picture():
+    width, height, reach_m, tenths = 768, 576, 12.0, set()
+    for line, tenth in grid_lines(MAST, (width, height), reach_m, samples=81):
+        assert len(line) > 1 and (line > -width).all() and (line < (2 * width, width + height)).all()
+        places = MAST.floor_frame.to_user(to_floor(MAST, line))
+        off = np.abs(places - np.array([FRAME.x_m, FRAME.y_m])).max(axis=0)
+        assert off.max() <= reach_m + 1e-6
+        axis = int(np.ptp(places, axis=0).argmin())  # the one that does not change along the line
+        k = round(float(places[:, axis].mean()))
+        assert places[:, axis] == pytest.approx(k, abs=1e-5)
+        assert tenth == (k % 10 == 0)
+        assert np.allclose(np.diff(places[:, 1 - axis]), 2 * reach_m / 80, atol=1e-6)
+        tenths.add((axis, k))
+    for axis, middle in enumerate((FRAME.x_m, FRAME.y_m)):
+        found = sorted(k for a, k in tenths if a == axis)
+        assert found[0] >= math.ceil(middle - reach_m) and found[-1] <= math.floor(middle + reach_m)
 
 
 def test_pitch_and_height_together_move_a_person_as_drawn_cameras_do():

@@ -9,10 +9,12 @@ from PIL import Image
 from test_photo_metadata import xmp_of
 
 import proxemetry as px
+from proxemetry.calibration.drone import _mount, from_subtitles
 from proxemetry.camera import Camera, CameraEstimate, Doubt, Mount
 from proxemetry.camera.choice import with_flight
 from proxemetry.camera.drone import SOURCE, flight_mount
 from proxemetry.cli import main
+from proxemetry.errors import CameraError
 from proxemetry.photo import Photo
 from proxemetry.photo.metadata import Flight, Metadata
 from proxemetry.settings import Settings
@@ -102,3 +104,35 @@ def test_the_option_reaches_the_run(tmp_path):
         told = [str(tmp_path / "a.jpg"), "--pose", f"recorded:{tmp_path / 'k.json'}", "--jobs", "0", "--out", str(out)]
         main(["measure", *told, *option])
         assert json.loads((out / "run.json").read_text())["settings"]["drone"] is expected
+
+
+@pytest.mark.parametrize(
+    ("height_m", "pitch_deg", "moved"),
+    [([30.0, 30.9], [-45.0, -45.0], False), ([30.0, 31.1], [-45.0, -45.0], True), ([30.0, 30.0], [-45.0, -46.9], False),
+     ([30.0, 30.0], [-45.0, -47.1], True)],
+)  # fmt: skip
+def test_subtitles_of_a_drone_that_moved_are_no_one_place(tmp_path, height_m, pitch_deg, moved):
+    """More than a metre in height or two degrees in pitch, either of them; else the mean of all."""
+    path = tmp_path / "a.srt"
+    lines = [f"[rel_alt: {h} gb_pitch: {p} gb_roll: 1.0]\n" for h, p in zip(height_m, pitch_deg, strict=True)]
+    path.write_text("".join(lines))
+    if moved:
+        with pytest.raises(CameraError, match="the drone moved"):
+            from_subtitles(path)
+        return
+    mount = from_subtitles(path)
+    assert (mount.height_m, math.degrees(mount.pitch_rad)) == pytest.approx((np.mean(height_m), -np.mean(pitch_deg)))
+    assert math.degrees(mount.roll_rad) == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize(("gimbal_deg", "pitch_deg"), [(-90.4, 90.0), (20.0, -20.0), (-60.0, 60.0)])
+def test_a_gimbal_that_reports_a_little_too_much_looks_straight_down(gimbal_deg, pitch_deg):
+    found = _mount(30.0, gimbal_deg, 0.0, None, "drone")
+    assert math.degrees(found.pitch_rad) == pytest.approx(pitch_deg)
+    if gimbal_deg < -60:
+        assert math.degrees(flight_mount(Flight(30.0, gimbal_deg, 0.0)).pitch_rad) == pytest.approx(pitch_deg)
+
+
+def test_a_roll_that_is_let_go_is_as_unsure_as_it_is_large():
+    for roll, sd in ((0.5, 1.0), (4.0, 4.0)):
+        assert math.degrees(flight_mount(Flight(30.0, -45.0, roll)).sd[1]) == pytest.approx(sd)

@@ -17,6 +17,7 @@ from test_photo_metadata import xmp_of
 from proxemetry.camera import Camera, CameraEstimate, Candidate, Doubt, FocalSource, Source
 from proxemetry.camera.choice import choose_camera
 from proxemetry.camera.focal import FocalRequest, estimate_camera
+from proxemetry.camera.perspective import is_strip, projection_of
 from proxemetry.camera.sensors import SENSORS, sensor_of, sensors_of_pixels
 from proxemetry.camera.weighing import agree
 from proxemetry.people import People
@@ -314,6 +315,28 @@ def test_a_strip_is_marked_and_a_portrait_mode_is_not() -> None:
     assert bare.is_assumed and any(flag.doubt is Doubt.PROJECTION for flag in bare.flags)
     portrait = estimate_camera(Photo("a.jpg", 4032, 3024, "", Metadata(focal_35mm=52.0)))
     assert not portrait.flags
+
+
+@pytest.mark.parametrize(
+    ("size", "model", "sphere"),
+    [
+        ((5376, 2688), "RICOH THETA V", True), ((5376, 2690), "RICOH THETA V", True),
+        ((2688, 5376), "RICOH THETA V", False),
+        ((5376, 3000), "RICOH THETA V", False), ((5376, 2688), "Canon EOS R5", False), ((4032, 3024), "SM-R210", False),
+        ((4096, 2048), "SM-C200", True),
+    ],
+)  # fmt: skip
+def test_a_sphere_cameras_picture_is_twice_as_wide_as_high(size: tuple[int, int], model: str, sphere: bool) -> None:
+    found = projection_of(Photo("a.jpg", *size, "", Metadata(model=model)))
+    assert found is (Projection.SPHERE if sphere else None)
+    said = Metadata(model=model, projection=Projection.PANORAMA)
+    assert projection_of(Photo("a.jpg", *size, "", said)) is Projection.PANORAMA
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_a_strip_is_longer_than_any_cinema_format(turned: bool) -> None:
+    for long_side, strip in ((2590, False), (2610, True)):
+        assert is_strip(*((1000, long_side) if turned else (long_side, 1000))) == strip
 
 
 @pytest.mark.parametrize(

@@ -3,6 +3,7 @@
 import json
 import math
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from proxemetry.bodies import Bodies, Floor, Mode
 from proxemetry.camera import Camera, CameraEstimate, Candidate, Doubt, Flag, FocalSource, Source
 from proxemetry.camera.focal import FocalRequest
 from proxemetry.camera.table import CameraRow, CameraTable
+from proxemetry.distances import measure_distances
 from proxemetry.errors import OutputError, SettingsError
 from proxemetry.locate import LocateSettings
 from proxemetry.measure import measure, place, remeasure
@@ -19,7 +21,8 @@ from proxemetry.people.skeleton import COCO_17
 from proxemetry.photo.about import About
 from proxemetry.scene import Provenance, Review, Scene
 from proxemetry.settings import Settings
-from proxemetry.tables import TABLES, rows
+from proxemetry.tables import TABLES, pair_columns, rows
+from proxemetry.tables.doubt_columns import column_of_doubt
 from synthetic.drawn import people_at
 
 CAMERA = Camera.centred(1000, 1000, 800, focal_rel_sd=0.02, source="drawn")
@@ -210,3 +213,15 @@ def test_json_keeps_who_saw_the_people(source):
     seen = replace(scene, people=replace(scene.people, source=source))
     assert Scene.from_json(seen.to_json()).people.source == source
     assert ('"source":"blazepose"' in seen.to_json()) == bool(source)
+
+
+def test_a_pairs_doubts_and_phase_are_its_own(monkeypatch):
+    monkeypatch.setattr(pair_columns, "doubt_text", lambda _scene, person: f"of {person}")
+    columns = {column.name: column.value for column in pair_columns.PAIRS}
+    assert [columns[column_of_doubt(end)](None, 3, 5) for end in pair_columns.ENDS] == ["of 3", "of 5"]
+    places = np.array([(0.0, 0, 5), (0.5, 0, 5), (1.5, 0, 5)])
+    bodies = Bodies(places, np.eye(9) * 1e-6, "drawn", ("drawn",) * 3, (None,) * 3, up=np.array([0.0, -1, 0]))
+    scene = SimpleNamespace(distances=measure_distances(bodies))
+    # 0.5 m is close personal, 1 m far personal and 1.5 m close social distance (Hall 1966)
+    assert [columns["phase"](scene, a, b) for a, b in ((0, 1), (1, 2), (0, 2))] == ["close", "far", "close"]
+    assert columns["phase"](scene, 1, 0) == "close"
