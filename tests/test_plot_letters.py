@@ -170,6 +170,10 @@ def test_groups_by_such_names_say_nothing(tmp_path: Path) -> None:
     assert left.get_yticklabels()[0].get_text().startswith(r"\u65e5\u672c, 1990")
 
 
+def test_a_tab_is_spelled_whatever_fonts_have() -> None:
+    assert fonts.drawable("a\tb\r\n\u2028") == r"a\tb\r\n\u2028"
+
+
 def _summary(names: list[str]) -> Summary:
     """Return a summary by folder and year, of the folders of these names in two years each."""
     half = Share(0.5, 0.4, 0.6)

@@ -27,6 +27,8 @@ _LAST_LETTER = 0x110000
 #: Since version 3.11 matplotlib joins Arabic letters and writes them from right to left.
 _JOINS_LETTERS = hasattr(ft2font, "__libraqm_version__")
 _RIGHT_TO_LEFT = ("R", "AL", "AN")
+#: Categories of signs that move to another place or line, or do something else than to be seen.
+_CONTROLS = ("Cc", "Zl", "Zp")
 
 
 def drawable(text: str, families: Sequence[str] = ("DejaVu Sans",)) -> str:
@@ -74,6 +76,8 @@ def use_known_letters(figure: Figure) -> None:
 def _speller(families: tuple[str, ...]) -> Callable[[str], str]:
     @cache
     def spelled(letter: str) -> str:
+        if unicodedata.category(letter) in _CONTROLS:  # some fonts have a glyph for these as well
+            return letter.encode("unicode_escape").decode()
         joined = _JOINS_LETTERS or unicodedata.bidirectional(letter) not in _RIGHT_TO_LEFT
         if joined and (_is_in(letter, families) or _family_of(letter, families)):
             return letter
