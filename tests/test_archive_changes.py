@@ -111,6 +111,18 @@ def test_a_photo_that_could_not_be_read_is_tried_again_when_it_can(tmp_path):
     assert [r["status"] for r in rows(out)] == ["ok", "ok", "ok"]
 
 
+def test_what_could_never_be_read_is_neither_changed_nor_gone(tmp_path):
+    photos, out = write_photos(tmp_path / "photos", 2), tmp_path / "out"
+    for name in ("00/a.jpg", "00/b.jpg"):
+        (photos / name).write_bytes(b"no photo")
+    run([str(photos)], job(out), jobs=0)
+    assert not any("another size" in note or "any more" in note for note in go_on(photos, out)[1])
+    (photos / "00" / "a.jpg").unlink()
+    (photos / "00" / "photo_00001.jpg").unlink()
+    (told,) = [note for note in go_on(photos, out)[1] if "any more" in note]
+    assert "1 photo that was measured is not there any more (00/photo_00001.jpg)" in told
+
+
 def test_what_is_gone_keeps_its_rows_and_is_told(measured):
     photos, out = measured
     (photos / "00" / "photo_00003.jpg").rename(photos / "renamed.jpg")

@@ -16,6 +16,7 @@ from proxemetry.archive.figures.summary import Summary, _grouped, _groups, summa
 from proxemetry.archive.review.corrections import FILE, Log
 from proxemetry.archive.run.run import run
 from proxemetry.archive.run.work import Job
+from proxemetry.archive.store.folder import Folder
 from proxemetry.archive.store.results import Results
 from proxemetry.camera import FocalBasis
 from proxemetry.cli import main
@@ -241,6 +242,17 @@ def test_the_command_prints_writes_and_draws(small, tmp_path, capsys):
     assert rows[2]["pairs_median_m"] == ""
     drawn = {Path(p).name for p in figures.iterdir()}
     assert drawn == {f"distances_{n}.{e}" for n in ("by_group", "over_time") for e in ("png", "pdf")}
+
+
+@pytest.mark.parametrize("path, where", [("/f.csv", "/"), ("f.csv", None), ("sub/f.csv", "sub")])
+def test_a_csv_file_is_written_where_it_is_named(small, path, where, tmp_path, monkeypatch):
+    written = {}
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(Folder, "write", lambda self, name, content: written.update({name: (self.location, content)}))
+    assert main(["summary", small.folder.location, "--csv", path]) == 0
+    location, content = written["f.csv"]
+    assert location == str(tmp_path / (where or ""))
+    assert content.decode("utf-8").startswith("n_photos,")
 
 
 def test_figures_where_a_file_is_are_refused_in_one_line(tmp_path):

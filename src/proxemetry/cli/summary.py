@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import argparse
 import csv
+import io
 import math
 import sys
 import textwrap
-from pathlib import Path
 from typing import IO, Any
 
 from ..archive.figures.focal_bases import in_words
@@ -80,9 +80,10 @@ def _summarise(results: Results, tables: Folder, args: argparse.Namespace) -> No
         for said in shoots_in_words(results.folder):
             print(textwrap.fill(f"--same-camera: {said}", terminal_width(), subsequent_indent="  "))
     if args.csv and args.csv != "-":
-        folder, _, name = args.csv.rpartition("/")
-        with Folder(folder or ".").writing(name) as temporary, Path(temporary).open("w", newline="") as file:
-            _write_csv(summary, file)
+        folder, slash, name = args.csv.rpartition("/")
+        text = io.StringIO()
+        _write_csv(summary, text)
+        Folder(folder or slash or ".").write(name, text.getvalue().encode())
     if args.figures:
         from ..archive.figures.charts import draw
 

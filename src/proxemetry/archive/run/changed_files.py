@@ -28,7 +28,8 @@ _THREADS, _ROWS_AT_ONCE = 16, 4096
 class ChangedFiles:
     """What a look at the files found. shards: to be done again. unlike: photos whose file has another size or date.
 
-    gone: photos whose file is not there any more, of which `example` is one.
+    gone: photos that were measured and whose file is not there any more, of which `example` is one. What could not be
+    read before is tried again, and is neither.
     """
 
     shards: frozenset[int] = frozenset()
@@ -69,10 +70,10 @@ class FileScan(BackgroundTask[ChangedFiles]):
                 states = pool.map(lambda batch: [state_of(row[0]) for row in batch], batches)
                 now = [state for batch in states for state in batch]
                 for (photo, size, modified_ns, shard), state in zip(rows, now, strict=True):
-                    if state is None:
-                        gone, example = gone + (size is not None), example or photo
-                    elif state != (None if size is None else FileState(size, modified_ns)):
-                        unlike += 1
+                    if state is None and size is not None:
+                        gone, example = gone + 1, example or photo
+                    elif state is not None and (size is None or state != FileState(size, modified_ns)):
+                        unlike += size is not None
                         again.add(shard)
         return ChangedFiles(frozenset(again), unlike, gone, example)
 
