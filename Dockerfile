@@ -1,5 +1,7 @@
 # Measures photos without a Python installation: see docs/install.md.
 FROM python:3.11-slim
+# lensfun, the database of cameras and lenses, needs GLib, which a slim image lacks.
+RUN apt-get update && apt-get install -y --no-install-recommends libglib2.0-0 && rm -rf /var/lib/apt/lists/*
 WORKDIR /proxemetry
 COPY requirements.lock pyproject.toml README.md LICENSE NOTICE ./
 COPY src src

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import importlib.util
+import shutil
+import sys
 import tomllib
 from pathlib import Path
 
@@ -10,6 +12,7 @@ import pytest
 
 import proxemetry as px
 from proxemetry import plots
+from proxemetry.camera import lens
 from proxemetry.cli import installation, main
 from proxemetry.errors import CacheError, SettingsError
 from proxemetry.pose import default_eyes
@@ -60,6 +63,22 @@ def test_doctor_looks_for_every_extra_that_all_brings(without, capsys):
     main(["doctor"])
     said = capsys.readouterr().out
     assert all(f"proxemetry[{extra}]" in said for extra in wanted)
+
+
+def test_a_system_without_glib_is_told_before_any_photo_is_measured(monkeypatch, tmp_path, capsys):
+    lens._database.cache_clear()
+    lens._cameras.cache_clear()
+    monkeypatch.setitem(sys.modules, "lensfunpy", None)  # importing it fails
+    shutil.copy(PLAZA, tmp_path / "a.jpg")
+    pose = "python:synthetic.small_photos:two_people"
+    assert main(["measure", str(tmp_path), "--out", str(tmp_path / "r"), "--pose", pose, "--jobs", "0"]) == 2
+    said = capsys.readouterr().err
+    assert said.count("\n") == 1 and "`apt install libglib2.0-0`" in said
+    assert main(["doctor"]) == 0
+    said = capsys.readouterr().out
+    assert "`apt install libglib2.0-0`" in said and "nothing is missing" not in said
+    # keypoints alone need no cameras' database
+    assert main(["measure", "--out", str(tmp_path / "k"), "--pose", RECORDED, "--jobs", "0"]) == 0
 
 
 def test_a_cache_that_cannot_be_written_is_told_once_and_before_anything_is_fetched(monkeypatch, tmp_path):

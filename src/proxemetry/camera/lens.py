@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from ..arrays import FloatArray
+from ..errors import SettingsError
 from ..photo.metadata import Metadata
 
 #: Mounts of cameras without a mirror, which correct their lenses in the JPEGs they write, or may have done so.
@@ -50,9 +51,26 @@ class LensCorrection:
 @lru_cache(maxsize=1)
 def _database() -> Any:
     """Return lensfun's database; reading it takes a tenth of a second, so only where a photo needs it."""
-    import lensfunpy
+    return _lensfun().Database()
 
-    return lensfunpy.Database()  # pyright: ignore[reportAttributeAccessIssue]
+
+def _lensfun() -> Any:
+    try:
+        import lensfunpy
+    except ImportError as error:
+        raise SettingsError(
+            f"the database of cameras and lenses cannot be loaded ({error}); on Linux it needs the system's GLib: "
+            "`apt install libglib2.0-0` or `dnf install glib2`"
+        ) from error
+    return lensfunpy
+
+
+def require_lens_database() -> None:
+    """Raise SettingsError where lensfun cannot be loaded: its package brings no copy of GLib, which a system may lack.
+
+    Without it crop factors and distortion would be missing, and distances would be others than elsewhere.
+    """
+    _lensfun()
 
 
 @lru_cache(maxsize=256)

@@ -6,6 +6,7 @@ import importlib.util
 import platform
 
 from .. import weights
+from ..camera.lens import require_lens_database
 from ..errors import ModelError, SettingsError
 from ..pose import BACKENDS, default_eyes, is_available
 from ..version import __version__
@@ -33,20 +34,26 @@ def lines() -> list[str]:
     here = dict.fromkeys(purpose for purpose, _, _ in _PACKAGES if purpose not in missing)
     found.append(f"also available: {', '.join(here) or 'nothing'}")
     found += [f"not available: {purpose}; pip install 'proxemetry[{extra}]'" for purpose, extra in missing.items()]
-    return [*found, *_networks()]
+    found.append(f"networks are in: {', '.join(map(str, weights.cache_folders()))}")
+    complete = True
+    for part in (_eyes, _lens_database):
+        try:
+            said, is_here = part()
+        except (ModelError, SettingsError) as error:
+            said, is_here = [str(error)], False
+        found += said
+        complete = complete and is_here
+    return [*found, "nothing is missing for measuring"] if complete else found
 
 
-def _networks() -> list[str]:
-    """Return where the networks are, and which back end would find the people, or what is in the way."""
-    found = [f"networks are in: {', '.join(map(str, weights.cache_folders()))}"]
-    try:
-        return [*found, *_eyes()]
-    except (ModelError, SettingsError) as error:
-        return [*found, str(error)]
+def _lens_database() -> tuple[list[str], bool]:
+    """Return nothing to say, and that it can be loaded; raises SettingsError where it cannot."""
+    require_lens_database()
+    return [], True
 
 
-def _eyes() -> list[str]:
-    """Return which back end would find the people, and which of its networks are not here yet."""
+def _eyes() -> tuple[list[str], bool]:
+    """Return which back end would find the people, what is not here yet, and whether nothing is missing."""
     found: list[str] = []
     name = default_eyes.recorded()
     if name is None:
@@ -59,9 +66,9 @@ def _eyes() -> list[str]:
                 "connection once)"
             )
         if here is None:
-            return [*found, f"people would be found by: {default_eyes.EYES[0]}, once its networks are here"]
-        return [*found, f"people would be found by: {here}, until `proxemetry models fetch` gets a better one"]
+            return [*found, f"people would be found by: {default_eyes.EYES[0]}, once its networks are here"], False
+        return [*found, f"people would be found by: {here}, until `proxemetry models fetch` gets a better one"], False
     absent = [model for model in BACKENDS[name].models if not weights.is_here(model)]
     if absent:
-        return [*found, f"not here any more: {', '.join(absent)}; `proxemetry models fetch` gets them"]
-    return [*found, f"people are found by: {name} ({BACKENDS[name].summary})", "nothing is missing for measuring"]
+        return [*found, f"not here any more: {', '.join(absent)}; `proxemetry models fetch` gets them"], False
+    return [*found, f"people are found by: {name} ({BACKENDS[name].summary})"], True

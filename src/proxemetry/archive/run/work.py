@@ -10,6 +10,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
+from ...camera.lens import require_lens_database
 from ...errors import AssumedFocalWarning, OutputError, PhotoError, ProxemetryError
 from ...locate import MEASURE_PUPILS
 from ...measure import measure
@@ -113,6 +114,8 @@ class Measurer:
         self.job = job
         self.folder = Folder(job.results)
         self.backend: PoseBackend = backend_named(job.pose, job.pose_options)
+        if not isinstance(self.backend, Recording):  # of which the photos need not be there
+            require_lens_database()
         self._made_by = Provenance(__version__, self.backend.name, dict(self.backend.models), job.settings.table)
         table = job.settings.focal.camera_table
         # Copies of a file may give other results under another name: their keypoints or camera go by name.
