@@ -15,13 +15,14 @@ from proxemetry.calibration.homography import homography, read_homography
 from proxemetry.calibration.identity import linked
 from proxemetry.calibration.lengths import Length, with_lengths
 from proxemetry.calibration.lens import lens_of, with_open_principal
-from proxemetry.calibration.people import Gathered, PeopleFit, from_people
+from proxemetry.calibration.people import LEAST_SEEN, Gathered, PeopleFit, from_people
 from proxemetry.calibration.points import FloorPoints, from_homography, from_points, open_camera
 from proxemetry.calibration.report import TAKE_POINTS, doubt_m, floor_drawn, grid_lines, lines_of
 from proxemetry.camera import Camera, CameraEstimate, FloorFrame, FocalSource, Mount, Source
 from proxemetry.camera.floor_view import horizon, reach, to_floor, to_pixels
 from proxemetry.camera.focal import FocalRequest
 from proxemetry.cli import calibrate_people, main
+from proxemetry.clip import camera as clip_camera
 from proxemetry.clip.camera import told_by_people
 from proxemetry.errors import CameraError
 from proxemetry.locate import LocateSettings
@@ -509,3 +510,31 @@ def test_people_are_followed_over_the_floor_unless_they_leave_the_focal_length_o
     people = [photo(k, camera=LENS)[0] for k in range(3)]
     calibrate_people.of_frames([(k / 5, p) for k, p in enumerate(people)], CAMERA, focal_known)
     assert len(asked) == 1 + again
+
+
+@pytest.mark.parametrize(("apart_s", "focal_sd", "again"), [(0.2, math.nan, 1), (0.2, 0.3, 0), (60.0, math.nan, 0)])
+def test_a_clip_s_people_are_followed_over_the_floor_block_by_block(monkeypatch, apart_s, focal_sd, again):
+    """Whoever is hidden for a while is one person: the camera of ten is less sure than that of forty pieces of them."""
+    known = math.isnan(focal_sd)
+    lens = replace(LENS, source=Source(FocalSource.USER if known else FocalSource.ASSUMED_PRIOR))
+    mount = Mount(0.3, 0.0, 6.0, tuple(map(tuple, np.diag([1e-4, 1e-4, 1e-4, focal_sd**2]))), lens)
+    asked = []
+
+    def from_gathered(gathered, *_, least_seen, **options):
+        asked.append((sorted(person for _, person in gathered._kept), least_seen, options["recurring"]))
+        return PeopleFit(mount, 4, 20, 5, (8.0, 10.0, 12.0), ())
+
+    monkeypatch.setattr(clip_camera, "from_people", from_gathered)
+    monkeypatch.setattr(clip_camera, "linked", lambda frames, times: [np.arange(len(f)) + 10 for f in frames])
+    monkeypatch.setattr(clip_camera, "followed", lambda frames, times, mount: [np.arange(len(f)) for f in frames])
+    people, _ = photo(0, pitch=0.3, height_m=5.0, depths_m=(7, 18), camera=LENS)
+    scene = Scene("", "", 1920, 1080, "ok", None, CameraEstimate(lens), people, Bodies.unplaced(len(people), "", ""))
+    blocks = [([scene] * 3, [first + k * apart_s for k in range(3)]) for first in (0.0, 500.0)]
+    found = told_by_people(blocks, None, LocateSettings())
+    assert "from 4 people" in found.note and len(asked) == 1 + again
+    assert asked[0][1:] == (1, apart_s > 1.5)
+    if again:
+        persons, least_seen, _ = asked[1]
+        # the same in all frames of a block, others in the next one
+        assert persons == sorted(3 * [*range(len(people)), *range(len(people), 2 * len(people))])
+        assert least_seen == LEAST_SEEN

@@ -3,19 +3,25 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..arrays import FloatArray
 from ..calibration.identity import MEMORY_S, linked
-from ..calibration.people import Gathered, from_people
+from ..calibration.people import LEAST_SEEN, OPEN_FOCAL, Gathered, PeopleFit, from_people
 from ..camera import Camera, CameraEstimate, Mount
 from ..errors import CameraError
 from ..locate import LocateSettings
+from ..people import People
 from ..scene import Scene
 from .floor import is_complete
+from .floor_identity import followed
+
+#: People of frames in a row, and the frames' times in seconds.
+Frames = tuple[list[People], list[float]]
 
 #: So many frames are looked at for the camera's place, in blocks spread over the clip, each of so many in a row: within
 #: a block it is known who is who, so that no person's stature counts as many people's.
@@ -49,23 +55,21 @@ def told_by_people(
 
     stated: what else is known of the camera; it is weighed against the people.
     """
-    gathered, estimate, met, recurring = Gathered(), CameraEstimate(None), 0, False
+    estimate, recurring = CameraEstimate(None), False
+    seen: list[Frames] = []
     for scenes, times in blocks:
         # pictures further apart than tracks last: the same few people may be in all of them
         recurring |= len(times) > 1 and float(np.median(np.diff(times))) > MEMORY_S
         usable = [(s, t) for s, t in zip(scenes, times, strict=True) if s.status == "ok"]
-        who = linked([s.people for s, _ in usable], [t for _, t in usable])
-        for (scene, _), persons in zip(usable, who, strict=True):
-            if estimate.camera is None:
-                estimate = scene.camera
-            gathered.add(scene.people, (met + int(p) for p in persons))
-        met += 1 + max((int(p.max()) for p in who if len(p)), default=0)
+        if estimate.camera is None and usable:
+            estimate = usable[0][0].camera
+        seen.append(([s.people for s, _ in usable], [t for _, t in usable]))
     camera = estimate.camera if stated is None else stated.camera or estimate.camera
     known = estimate.source is None or estimate.source.kind.is_evidence
     if camera is None:
         return ClipCamera(None, None, "the focal length is unknown: state it, or a mount that has it")
     try:
-        found = from_people(gathered, camera, focal_known=known, recurring=recurring, settings=settings)
+        found = _of_blocks(seen, camera, known, recurring, settings)
     except CameraError as error:
         return ClipCamera(None, camera, f"{error}; every frame is measured by itself")
     if found.n_people < _FEWEST_PEOPLE:
@@ -75,9 +79,37 @@ def told_by_people(
     mount = weighed(found.mount, stated)
     doubts = "".join(f"; {doubt}" for doubt in found.doubts)
     place = f"{mount.height_m:.1f} m high, looking down by {math.degrees(mount.pitch_rad):.0f} degrees"
-    who = "people" if recurring else "short tracks of people"  # a track is lost where people hide each other
-    text = f"the camera's place was found from {found.n_people} {who}: {place}{doubts}"
+    text = f"the camera's place was found from {found.n_people} people: {place}{doubts}"
     return ClipCamera(mount, mount.camera, text)
+
+
+def _of_blocks(
+    blocks: Sequence[Frames], camera: Camera, focal_known: bool, recurring: bool, settings: LocateSettings
+) -> PeopleFit:
+    """Return the camera from blocks of frames, asked twice where people can be followed: as `calibrate` does.
+
+    Boxes lose people behind others, and one person in several pieces counts as several: the stature of a handful would
+    be believed like that of many. The camera found from them is good enough to follow them over the floor.
+    """
+
+    def fit(identities: Callable[[Frames], list[NDArray[np.intp]]], least_seen: int) -> PeopleFit:
+        gathered, met = Gathered(), 0
+        for frames in blocks:
+            who = identities(frames)
+            for people, persons in zip(frames[0], who, strict=True):
+                gathered.add(people, (met + int(p) for p in persons))
+            met += 1 + max((int(p.max()) for p in who if len(p)), default=0)
+        return from_people(
+            gathered, camera, focal_known=focal_known, recurring=recurring, least_seen=least_seen, settings=settings
+        )
+
+    first = fit(lambda frames: linked(*frames), 1)
+    if recurring or (not focal_known and first.mount.sd[3] > OPEN_FOCAL):
+        return first
+    try:
+        return fit(lambda frames: followed(*frames, first.mount), LEAST_SEEN)
+    except CameraError:  # no person could be followed so
+        return first
 
 
 def weighed(told: Mount, stated: Mount | None) -> Mount:
