@@ -15,6 +15,7 @@ from proxemetry.errors import ModelError
 from proxemetry.pose.litert import interpreter
 from proxemetry.pose.onnx.network import Network as RunningNetwork
 from proxemetry.weights.conversion import ncnn, tflite
+from proxemetry.weights.conversion.flatbuffer import Number
 from proxemetry.weights.conversion.graph import read_graph
 from proxemetry.weights.conversion.simplified import simplified
 
@@ -80,6 +81,28 @@ def test_pictures_of_three_sizes_are_added_before_they_are_enlarged():
     assert _layers(content)["depth_to_space"] == 3
     # one addition a size, neither with a picture four times as large written before
     assert _layers(simplified(content)) == {"add": 2, "reshape": 6}
+
+
+def test_a_sum_that_is_needed_twice_is_written_once():
+    network = tflite.Network()
+    x, a = network.input((1, 4, 4, 2)), network.input((1, 2, 2, 2))
+    total = network.arithmetic("add", x, network.doubled(a))
+    content = network.written([total, network.arithmetic("add", total, x)])
+    images = [np.arange(32.0).reshape(1, 4, 4, 2), np.arange(8.0).reshape(1, 2, 2, 2)]
+    found, with_more = _answers(simplified(content), *images)
+    expected = images[0] + images[1].repeat(2, 1).repeat(2, 2)
+    assert np.array_equal(found, expected) and np.array_equal(with_more, expected + images[0])
+    assert _layers(simplified(content))["add"] == 2
+
+
+def test_a_sum_with_an_activation_keeps_it():
+    network, relu = tflite.Network(), Number(tflite.ACTIVATIONS["relu"], "b")
+    x = network.input((1, 2, 2, 2))
+    (total,) = network.layer("add", [x, x], [x.shape], {0: relu}, "float32")
+    content = network.written([_shuffled(network, network.arithmetic("add", total, x), 2)])
+    image = np.array([-3, 2, 5, -7, 1, -1, 4, -2.0]).reshape(1, 2, 2, 2)
+    assert simplified(content) is not content
+    assert np.array_equal(_answers(simplified(content), image)[0], np.maximum(2 * image, 0) + image)
 
 
 def test_a_large_maximum_is_taken_of_the_next_smaller():
