@@ -13,6 +13,7 @@ from scipy.special import stdtrit
 
 from proxemetry.archive.figures.sampling import Sample, _student
 from proxemetry.archive.figures.summary import Summary, _grouped, _groups, summarise
+from proxemetry.archive.figures.totals import totals
 from proxemetry.archive.review.corrections import FILE, Log
 from proxemetry.archive.run.run import run
 from proxemetry.archive.run.work import Job
@@ -69,6 +70,15 @@ def test_figures_are_those_counted_by_hand(small):
     assert all_of_them.pairs_m.value == 1.1
     assert all_of_them.nearest_m.value == 1.1  # of 0.3, 1.1 and 5.0, each twice
     assert [z.value for z in all_of_them.zones] == pytest.approx([0.2, 0.4, 0.2, 0.2])
+
+
+def test_the_tallys_zones_are_the_mean_probabilities_of_all_measured_pairs(original):
+    shares = totals(Folder(str(original / "r"))).zone_shares
+    with (original / "r" / "pairs.csv").open(newline="") as file:
+        pairs = [row for row in csv.DictReader(file) if row["distance_m"]]
+    assert len(pairs) == 5
+    assert shares == pytest.approx({zone: np.mean([float(row[f"p_{zone}"]) for row in pairs]) for zone in ZONES})
+    assert sum(shares.values()) == pytest.approx(1)
 
 
 def test_focal_lengths_are_counted_by_what_they_rest_on(small, capsys):

@@ -283,5 +283,8 @@ def test_what_a_moving_camera_shows_is_missing_and_the_rest_counts(tmp_path):
     assert numbers["within_m"]["2"]["pair_seconds"]["seconds"] > 0
     known = [row for row in frames if row["n_within_2"]]
     rate = 60 * sum(float(r["n_within_2"]) for r in known) / sum(int(r["n_people"]) for r in known)
-    assert numbers["within_m"]["2"]["seconds_per_person_minute"]["value"] == pytest.approx(rate, rel=0.05)
+    within = numbers["within_m"]["2"]
+    assert within["seconds_per_person_minute"]["value"] == pytest.approx(rate, rel=0.05)
+    apart = within["pair_seconds_apart"]["seconds"] / within["pair_seconds"]["seconds"]
+    assert within["seconds_per_person_minute_apart"]["value"] == pytest.approx(apart * rate, rel=0.1)
     assert "The numbers are of the rest." in (out / "report.html").read_text()
