@@ -171,3 +171,4 @@ def test_many_people_on_a_floor_show_the_camera_whatever_their_bodies_tilt(monke
     # with bodies trusted: nearer to level, however many people there are
     assert trusting.shared[PITCH] < found.shared[PITCH] - 0.3 * DEGREE
     assert trusting.covariance[PITCH, PITCH] < found.covariance[PITCH, PITCH]
+    assert found.cost < trusting.cost - 1.0
