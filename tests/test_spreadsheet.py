@@ -74,6 +74,12 @@ def test_a_text_that_looks_like_a_formula_stays_a_text(tmp_path):
     assert main(["export", results.folder.location, "--format", "xlsx", "--out", str(tmp_path)]) == 0
     texts = [text for row in sheets(tmp_path / "results.xlsx")["photos"] for text in row.values()]
     assert any("=HYPERLINK(1)" in text for text in texts)
+    options = ["--format", "csv", "--locale", "fi", "--out", str(tmp_path / "fi")]
+    assert main(["export", results.folder.location, *options]) == 0
+    with (tmp_path / "fi" / "photos.csv").open(encoding="utf-8-sig", newline="") as file:
+        notes = {row["note"] for row in csv.DictReader(file, delimiter=";")}
+    assert notes == {"'=HYPERLINK(1)", ""}  # as in the plain tables
+    assert {row["note"] for row in plain(results.folder.location, "photos")} <= notes
 
 
 @pytest.mark.parametrize(

@@ -12,6 +12,7 @@ from itertools import chain
 from typing import Any
 
 from ...errors import SettingsError
+from ...files import cell_of
 from ...tables import all_columns, codebook_rows
 from ..store.folder import Folder
 from ..store.queries import attributes_in, table_query
@@ -87,6 +88,8 @@ def _local(value: Any, decimal: str) -> str:
         return ""
     if isinstance(value, bool):
         return "true" if value else "false"
+    if isinstance(value, str):
+        return cell_of(value)
     return repr(value).replace(".", decimal) if isinstance(value, float) else str(value)
 
 
