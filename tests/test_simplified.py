@@ -242,6 +242,13 @@ def test_a_damaged_file_is_the_runtimes_to_complain_of(seed, place, byte):
     assert isinstance(simplified(bytes(content[: place % len(content)])), bytes)
 
 
+def test_channels_without_number_take_no_memory():
+    network = tflite.Network()
+    x = network.input((1, 1, 1, 1 << 20))
+    content = network.written([_shuffled(network, x, 2)])
+    assert simplified(content) is content
+
+
 # --- what is left alone
 
 

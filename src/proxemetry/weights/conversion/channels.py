@@ -18,6 +18,8 @@ from .tflite import ACTIVATIONS, Array, Network, Tensor
 #: processor, sizes of PP-TinyPose: 38 and 8 to 10 microseconds for 64 x 48 pixels, 18 and 3.5 for 32 x 24).
 _TRANSPOSITION = 5
 _MOST_GROUPS = 16
+#: No network has so many channels; the number of a damaged file may be anything.
+_MOST_CHANNELS = 1 << 14
 _ACTIVATION = 3  # a field of a convolution's options
 
 
@@ -99,7 +101,13 @@ class ChannelWriter:
 
 
 def channels_of(source: Tensor | Convolution) -> list[Channel]:
-    """Return all channels of a picture, in order."""
+    """Return all channels of a picture, in order.
+
+    Raises:
+        ValueError: there are more than any network has, as a damaged file may state.
+    """
+    if source.shape[-1] > _MOST_CHANNELS:
+        raise ValueError(f"{source.shape[-1]} channels")
     return [(source, number) for number in range(source.shape[-1])]
 
 
