@@ -89,7 +89,7 @@ def _print_totals(counts: Totals) -> None:
             (counts.no_camera, "without a focal length (their people have no distances)"),
             (counts.failed, "failed"),
             (counts.excluded, "excluded in review"),
-            (counts.copies, "the same file as another"),
+            (counts.copies, "the same file as another (summary --distinct counts such files once)"),
         )
         if count
     ]
