@@ -1,9 +1,9 @@
 """The tilt at which bodies are seen: detectors see people from above as if from less far above.
 
-With the camera's place known, joints of the networks fit bodies best that are seen as by a camera which is pitched by 2
-to 5 degrees less than the one that looks at the floor under them: rendered people, people before four calibrated
-cameras, and people on a mast's square, with every network that was tried (docs/backends.md). Bodies are seen as long as
-they are; what tells the pitch, how long trunks and legs are beside each other and where faces and knees are, is not.
+With the camera's place known, joints of the networks fit bodies best that are seen as by a camera which is pitched by 1
+to 4 degrees less than the one that looks at the floor under them: rendered people, people before four calibrated
+cameras, and people before a mast (benchmarks/networks/seen_tilt.py). Bodies look as long as they are; what shows the
+pitch, how long trunks and legs are beside each other and where faces and knees are, is as from less far above.
 """
 
 from __future__ import annotations
@@ -17,8 +17,8 @@ from .projection import LOG_LENGTHS, N_LOCAL, PITCH, ROLL
 
 #: From so steeply above on, bodies are seen too level by all of `NoiseLaw.too_level_deg`, from less steeply by less.
 _FROM_ABOVE_RAD = math.radians(10.0)
-#: How far that differs from one set of pictures to another, radians: 2 to 5 degrees where 2 are expected, in three sets
-#: before two networks each.
+#: How far that differs from one set of pictures to another, radians: 0.7 to 4 degrees where 2 are expected, in four
+#: sets with two networks each.
 FROM_ABOVE_SD_RAD = math.radians(1.5)
 #: How much a floor may fall, metres a metre: pavements are laid with 1 to 2.5 % for the rain, floors indoors level.
 FALL_SD = 0.01
