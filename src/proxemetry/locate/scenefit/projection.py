@@ -151,9 +151,13 @@ def angle_from_above(local: FloatArray, shared: FloatArray) -> FloatArray:
 
     shared is (N_SHARED,) or (R, N_SHARED).
     """
-    sight = torso_position(local, shared)
     down = camera_axes(shared.reshape(-1, N_SHARED)[:, PITCH : ROLL + 1])[:, :, 1]
-    angle = np.arcsin((sight * down).sum(axis=1) / np.linalg.norm(sight, axis=1))
+    return _from_above(torso_position(local, shared), down)
+
+
+def _from_above(sight: FloatArray, down: FloatArray) -> FloatArray:
+    sine = np.einsum("ri,ri->r", sight, np.broadcast_to(down, sight.shape))
+    angle = np.arcsin(sine / np.sqrt(np.einsum("ri,ri->r", sight, sight)))
     return np.clip(angle, -_STEEPEST_RAD, _STEEPEST_RAD)
 
 
@@ -173,7 +177,8 @@ def project(local: FloatArray, shared: FloatArray, bodies: BodyTables) -> Projec
     count, joints = len(local), bodies.head.shape[2]
     camera = shared.reshape(-1, N_SHARED)
     level = camera_axes(camera[:, PITCH : ROLL + 1])
-    matrix, shortened, shorter_by_pitch = _at_tilt(local, camera, bodies.tilt, level)
+    torso = torso_position(local, camera)
+    matrix, shortened, shorter_by_pitch = _at_tilt(torso, camera, bodies.tilt, level)
     turn = turns(matrix)
     axes = matrix[:, None] @ body_axes(local[:, HEADING : TURN + 1] @ _FACING)
     # the tables in the camera frame, metres per unit of log length and latent
@@ -195,7 +200,6 @@ def project(local: FloatArray, shared: FloatArray, bodies: BodyTables) -> Projec
     turned[:, 3:6] += shorter_by_pitch * body
     turned[:, 9:] = turn[:, :3] @ (head @ seen_scale[:, _LENGTHS, None]).reshape(count, 3, joints)
 
-    torso = torso_position(local, camera)
     sideways = torso[:, 2:] * np.exp(-camera[:, FOCAL, None])  # metres per nominal focal length in the photo
     body += torso[..., None]
     equations = np.zeros((count, 2 * joints + 1, N_LOCAL + N_SHARED + 1))
@@ -219,7 +223,7 @@ def project(local: FloatArray, shared: FloatArray, bodies: BodyTables) -> Projec
 
 
 def _at_tilt(
-    local: FloatArray, camera: FloatArray, tilt: FloatArray, level: FloatArray
+    torso: FloatArray, camera: FloatArray, tilt: FloatArray, level: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return how bodies at a tilt (R, 2) are seen: the matrices from world to camera axes, `level` without one; and by
     what they are shortened, since looked at from less far above they would look longer, (R, 1), and the derivative of
@@ -227,7 +231,7 @@ def _at_tilt(
     if not tilt.any():
         return level, np.ones((1, 1)), np.zeros((1, 1, 1))
     matrix = camera_axes(camera[:, PITCH : ROLL + 1] + tilt)
-    above = angle_from_above(local, camera)
+    above = _from_above(torso, level[:, :, 1])
     instead = above + tilt[:, 0]
     return (
         matrix, (np.cos(above) / np.cos(instead))[:, None], (np.tan(instead) - np.tan(above))[:, None, None],
