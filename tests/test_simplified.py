@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+import struct
 from collections import Counter
 from pathlib import Path
 
@@ -247,6 +248,16 @@ def test_channels_without_number_take_no_memory():
     x = network.input((1, 1, 1, 1 << 20))
     content = network.written([_shuffled(network, x, 2)])
     assert simplified(content) is content
+
+
+def test_a_shape_that_no_network_has_is_the_runtimes_to_complain_of():
+    network = tflite.Network()
+    content = network.written([_shuffled(network, network.input((1, 2, 2, 24)), 2)])
+    shape = struct.pack("<4i", 1, 2, 2, 24)
+    assert content.count(shape) > 1 and simplified(content) is not content
+    for damaged in ((1, 2, 2, 0), (1, 2, 2, -24), (1, 2, 2, (1 << 31) - 1)):
+        broken = content.replace(shape, struct.pack("<4i", *damaged))
+        assert simplified(broken) is broken
 
 
 # --- what is left alone

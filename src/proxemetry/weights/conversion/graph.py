@@ -74,6 +74,8 @@ def _graph(file: Reader) -> Graph:
     if any(file.vector(file.led_to(at), 2)[1] for at in (file.field(tensor, 4) for tensor in tensors) if at):
         raise ValueError("quantized numbers")
     shapes = tuple(tuple(file.ints(tensor, 0)) for tensor in tensors)
+    if min((side for shape in shapes for side in shape), default=1) < 1:
+        raise ValueError("a shape that no network has")
     types = tuple(_TYPE_NAMES[file.number(tensor, 1, "b")] for tensor in tensors)
     constants = {
         number: np.frombuffer(raw, np.dtype(types[number]).newbyteorder("<")).reshape(shapes[number])

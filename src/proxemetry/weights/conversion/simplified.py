@@ -14,6 +14,7 @@ The file stays as it was fetched or converted, and so do its hash and its name i
 from __future__ import annotations
 
 import functools
+import struct
 from collections import Counter
 from dataclasses import dataclass, replace
 
@@ -52,8 +53,8 @@ def simplified(content: bytes) -> bytes:
     try:
         rewriting = _Rewriting(graph)
         answer = rewriting.run()
-    except (IndexError, KeyError, ValueError):  # a damaged file, of which the runtime will complain
-        return content
+    except (ArithmeticError, IndexError, KeyError, ValueError, struct.error):
+        return content  # a damaged file, of which the runtime will complain
     return answer if rewriting.is_simpler else content
 
 
