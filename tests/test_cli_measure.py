@@ -177,7 +177,7 @@ def test_nothing_readable_is_exit_code_2(measure, tmp_path):
     code, _, err = measure(tmp_path / "photos")
     assert code == 2
     assert len(table(tmp_path / "out", "photos")) == 1
-    assert "none of the photos could be read" in err
+    assert "none of the photos could be measured" in err
 
 
 def test_other_settings_are_refused_by_name_and_restart_begins_anew(measure, tmp_path):
