@@ -65,6 +65,12 @@ def test_what_the_file_states_and_is_unusable_stays_named_beside_the_assumption(
     ]
 
 
+def test_an_action_camera_whose_focal_length_is_assumed_is_still_a_fisheye() -> None:
+    worn = replace(blank(), metadata=Metadata(make="GoPro", model="HERO4 Session"))
+    estimate = choose_camera(worn, NOBODY, FocalRequest(), None, None)
+    assert [flag.doubt for flag in estimate.flags] == [Doubt.LENS, Doubt.ASSUMED]
+
+
 def test_a_suspected_panorama_is_assumed_and_nothing_denies_it() -> None:
     strip = Photo.from_array(np.zeros((200, 1000, 3), np.uint8))
     estimate = choose_camera(strip, NOBODY, FocalRequest(), None, None)

@@ -54,7 +54,8 @@ def estimate_camera(photo: Photo, request: FocalRequest | None = None, others: O
     verdict = None if unusable else _verdict(photo, answers, frame)
     if verdict is None:
         missing = _what_is_missing(photo, stated_mm)
-        return CameraEstimate(None, candidates, (*remarks, *_on_perspective(photo)), missing, mount=mount)
+        flags = (*remarks, *_on_perspective(photo), *_on_fisheye(fisheye(photo.metadata)))
+        return CameraEstimate(None, candidates, flags, missing, mount=mount)
     if verdict.made:
         candidates = (verdict.chosen, *candidates)
     camera = _camera_of(photo, verdict, row)
@@ -159,6 +160,10 @@ def _on_lens(photo: Photo, verdict: Verdict, doubt: str | None) -> list[Flag]:
     if what is None and verdict.chosen.source.kind.is_recorded:
         equivalent = equivalent_mm(verdict.chosen.focal_px, verdict.frame.diagonal_px) / zoom_of(photo.metadata)
         what = f"no other has an equivalent of {equivalent:.1f} mm" if equivalent < WIDEST_EQUIVALENT_MM else None
+    return _on_fisheye(what)
+
+
+def _on_fisheye(what: str | None) -> list[Flag]:
     return (
         [] if what is None else [Flag(Doubt.LENS, f"fisheye lens ({what}): distances away from the middle are wrong")]
     )

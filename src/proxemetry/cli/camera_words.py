@@ -14,7 +14,7 @@ from .camera_options import ASK_THE_PEOPLE
 #: Wider intervals than this, as half widths of the logarithm, are no plus and minus.
 _LOPSIDED = 0.2
 #: How a doubt is introduced: what is set aside has lost to the answer, the others are doubts about it.
-_INTRODUCED = {Doubt.CONTRADICTED: "set aside", Doubt.PROJECTION: "refused", Doubt.METADATA: "unreadable"}
+_INTRODUCED = {Doubt.CONTRADICTED: "set aside", Doubt.PROJECTION: "refused"}
 
 
 def words_of(photo: Photo, estimate: CameraEstimate, people_asked: bool) -> list[str]:

@@ -183,7 +183,9 @@ def _finish(args: argparse.Namespace, outcome: Outcome) -> int:
         _draw(results, args)
     failed = print_results(results)
     if failed == outcome.photos and outcome.photos:
-        print(f"proxemetry: {args.out}: none of the photos could be measured; their rows have the reason", file=sys.stderr)
+        print(
+            f"proxemetry: {args.out}: none of the photos could be measured; their rows have the reason", file=sys.stderr
+        )
         return NOTHING_DONE
     _print_what_next(args)
     return SOME_FAILED if failed else DONE
