@@ -88,6 +88,24 @@ def test_messages_are_one_line_of_a_bearable_length() -> None:
     assert 500 < len(str(LabelsError("x" * 100_000))) <= 1000
 
 
+@pytest.mark.skipif(os.name != "posix", reason="such names are none")
+def test_names_that_would_move_the_cursor_are_spelled(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    photos, out = tmp_path / "photos", str(tmp_path / "r")
+    write_photo(photos / "a\x1b[2Jb" / "one\ntwo.jpg", 1)
+    write_photo(photos / "gone\x1b[1m.jpg", 2)
+    (photos / "bad\x1b]0;title\x07.jpg").write_bytes(b"no photo")
+    command = ["measure", str(photos), "--out", out, "--pose", POSE, "--jobs", "0"]
+    assert main(command) == 1
+    (photos / "gone\x1b[1m.jpg").unlink()
+    for arguments in (command, ["doctor", str(photos)], ["summary", out, "--by", "folder"]):
+        assert main(arguments) in (0, 1)
+    said = "".join(capsys.readouterr())
+    assert not set(said) & {"\x1b", "\x07"}
+    for line in (r"a\x1b[2Jb/one two.jpg", r"bad\x1b]0;title\x07.jpg: cannot be read", r"any more (gone\x1b[1m.jpg)"):
+        assert line in said
+    assert "not there any more" in said
+
+
 def test_json_that_nobody_means_is_refused() -> None:
     for text in ("[" * 100_000, '{"a": "\\ud800"}', '{"\\udc00": 1}'):
         with pytest.raises(ValueError, match=r"nested|half of a character"):

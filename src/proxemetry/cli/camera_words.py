@@ -7,6 +7,7 @@ from collections.abc import Iterator
 
 from ..camera import CameraEstimate, Candidate, Doubt, Flag, Witness
 from ..camera.sensors import equivalent_mm
+from ..errors import one_line
 from ..intervals import HALF_WIDTH_SD
 from ..photo import Photo
 from .camera_options import ASK_THE_PEOPLE
@@ -22,7 +23,7 @@ def words_of(photo: Photo, estimate: CameraEstimate, people_asked: bool) -> list
     metadata = photo.metadata
     named = ", ".join(filter(None, (metadata.model or metadata.make, metadata.lens))) or "camera not named"
     return [
-        f"{photo.name}: {photo.width} x {photo.height}, {named}",
+        one_line(f"{photo.name}: {photo.width} x {photo.height}, {named}"),
         *_candidates(photo, estimate),
         *_asked(estimate, people_asked),
         *_camera(estimate),

@@ -15,7 +15,7 @@ from ..archive.store.photos import find_photos
 from ..camera import CameraEstimate, FocalBasis, Mount
 from ..camera.choice import PictureLines, choose_camera, with_gravity
 from ..camera.focal import FocalRequest, row_of
-from ..errors import PhotoError
+from ..errors import PhotoError, one_line
 from ..people import People, PoseBackend
 from ..people.skeleton import COCO_17
 from ..photo import Photo
@@ -70,7 +70,7 @@ def run(args: argparse.Namespace) -> int:
                 photo.pixels(1)  # as small as the decoder makes it; what was decoded above is not decoded again
         except PhotoError as error:
             tally.failed += 1
-            print(f"{name}: cannot be read\n  {str(error).removeprefix(f'{listing.location(name)}: ')}")
+            print(f"{one_line(name)}: cannot be read\n  {_without(listing.location(name), error)}")
             continue
         if request.camera_table and (row := row_of(photo, request.camera_table)):
             spare.discard(row.line)
@@ -119,6 +119,11 @@ class _Tally:
         kinds = f"{in_words(self.bases)}; " if self.bases else ""
         known = f"{self.bases.total()} with a focal length ({kinds}{self.doubtful} of them doubtful)"
         return f"{known}, {self.unknown} without, {self.failed} that cannot be read"
+
+
+def _without(path: str, error: PhotoError) -> str:
+    """Return a message without the photo's path before it."""
+    return str(error).removeprefix(one_line(f"{path}: x").removesuffix("x"))
 
 
 def _backend(name: str | None) -> PoseBackend | None:

@@ -8,6 +8,7 @@ from types import TracebackType
 from typing import Any
 
 from ..archive.run.schedule import Note, Progress
+from ..errors import one_line
 
 _SECONDS_BETWEEN_LINES = 30.0
 
@@ -42,7 +43,7 @@ class Reporter:
         if isinstance(progress, Note):
             if self._last.done and self._last.done == self._last.total:
                 self._ended()
-            self._write(f"proxemetry: {progress.text}")
+            self._write(f"proxemetry: {one_line(progress.text)}")
             return
         if progress.done < self._last.done:  # a second pass
             self._ended()

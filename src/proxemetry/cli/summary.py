@@ -19,6 +19,7 @@ from ..archive.store.folder import Folder
 from ..archive.store.results import Results
 from ..camera import FocalBasis
 from ..distances import ZONES
+from ..errors import one_line
 from ..files import cell_of
 from ..people.attributes import PairsWhere
 from ..plots.pair_selection import metres_text
@@ -105,27 +106,28 @@ def _cell(value: Any) -> Any:
 
 
 def _print(summary: Summary) -> None:
+    groups = summary.groups
     keys = Columns(
         "", (*summary.by, "photos"),
-        tuple((*(UNKNOWN if k is None else k for k in group.key), str(group.n_photos)) for group in summary.groups),
+        tuple((*(UNKNOWN if k is None else one_line(k) for k in group.key), str(group.n_photos)) for group in groups),
     )  # fmt: skip
-    nearest = tuple((str(g.n_people), _metres(g.nearest_m)) for g in summary.groups)
-    pairs = tuple((str(g.n_pairs), *map(_percent, g.zones), _metres(g.pairs_m)) for g in summary.groups)
-    groups = [
+    nearest = tuple((str(g.n_people), _metres(g.nearest_m)) for g in groups)
+    pairs = tuple((str(g.n_pairs), *map(_percent, g.zones), _metres(g.pairs_m)) for g in groups)
+    figures = [
         Columns("nearest other person", ("people", "median m"), nearest),
         Columns("all pairs", ("pairs", *ZONES, "median m"), pairs),
     ]
-    print("\n".join(in_blocks(keys, groups, terminal_width())))
+    print("\n".join(in_blocks(keys, figures, terminal_width())))
     for note in (
         "nearest other person: quote its median; that of all pairs mostly reflects the size of crowds",
         "zones: shares of all pairs, each counted by its probabilities",
     ):
         print(note)
-    bases = {basis: sum(group.bases[basis] for group in summary.groups) for basis in FocalBasis}
+    bases = {basis: sum(group.bases[basis] for group in groups) for basis in FocalBasis}
     if any(bases.values()):
         text = f"focal lengths of the measured photos: {in_words(bases)}; by group in --csv"
         print(textwrap.fill(text, terminal_width(), subsequent_indent="  "))
-    if any(not math.isnan(group.pairs_m.low) for group in summary.groups):
+    if any(not math.isnan(group.pairs_m.low) for group in groups):
         print("[ ]: 90 % intervals if the photos are a sample; none where they are too few")
 
 

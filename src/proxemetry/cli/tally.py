@@ -11,6 +11,7 @@ from ..archive.store.folder import Folder
 from ..archive.store.results import Results
 from ..camera.published import quantile_mm
 from ..distances import is_vague
+from ..errors import one_line
 from ..plots.pair_selection import VAGUE_MARK, metres_text
 from ..text_tables import terminal_width
 from .camera_options import WHAT_TO_STATE
@@ -45,10 +46,11 @@ def print_results(results: Results) -> int:
 
 
 def _print_photos(lines: list[PhotoLine]) -> None:
-    width = min(48, max(len("photo"), *(len(line.photo) for line in lines)))
+    names = [one_line(line.photo) for line in lines]
+    width = min(48, max(map(len, ["photo", *names])))
     print(f"{'photo':{width}}  people  pairs  nearest pair [90 % interval]")
-    for line in lines:
-        shown = line.photo if len(line.photo) <= width else "..." + line.photo[3 - width :]
+    for line, name in zip(lines, names, strict=True):
+        shown = name if len(name) <= width else "..." + name[3 - width :]
         print(f"{shown:{width}}  {_count(line.n_people):>6}  {_count(line.n_pairs):>5}  {_nearest(line)}")
     if any(map(_is_vague, lines)):
         print("?: too uncertain for one number: read the interval")
@@ -66,7 +68,7 @@ def _nearest(line: PhotoLine) -> str:
         return f"{line.person_a}-{line.person_b}: {metres_text(line.nearest_m, *ends)}{vague}"
     if line.status == "ok":
         return line.reason or ("no person could be placed" if (line.n_people or 0) > 1 else "one person")
-    return "no focal length" if line.status == "no_camera" else f"{line.status}: {line.reason}"
+    return "no focal length" if line.status == "no_camera" else one_line(f"{line.status}: {line.reason}")
 
 
 def _count(number: int | None) -> str:
@@ -77,7 +79,7 @@ def _print_failed(folder: Folder, count: int) -> None:
     """Print why photos failed: the first few of them."""
     first = failures(folder, _FAILED_LINES)
     for photo, reason in first:
-        print(f"failed   {photo}: {reason}")
+        print(f"failed   {one_line(f'{photo}: {reason}')}")
     if count > len(first):
         print(f"         and {count - len(first)} more: status and reason in photos.csv")
 
