@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 
 import proxemetry as px
-from proxemetry.archive.figures.methods import methods_paragraph
+from proxemetry.archive.figures.methods import ground_in_words, methods_paragraph
 from proxemetry.archive.store.folder import Folder
 from proxemetry.scene import Scene
 from synthetic.reviewing import make_results, write_results
@@ -54,6 +54,12 @@ def test_an_option_that_changes_numbers_is_named(tables, settings, said):
 def test_a_floor_that_was_not_shared_is_not_said_to_be(tables):
     assert "on a shared floor" in _said(tables, px.Settings())
     assert "on a shared floor" not in _said(tables, px.Settings(locate=px.LocateSettings(floor="none")))
+
+
+def test_a_paragraph_tells_how_many_distances_are_along_the_ground():
+    assert ground_in_words(0.996) == "along the ground"
+    assert ground_in_words(0.004).startswith("in space")
+    assert ground_in_words(0.55) == "along the ground for 55 % of the pairs, in space for the rest"
 
 
 def test_no_switch_of_the_settings_is_forgotten(tables):

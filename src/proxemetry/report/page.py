@@ -9,6 +9,7 @@ from html import escape
 from typing import Any
 
 from ..archive.figures.focal_bases import WORDS
+from ..archive.figures.methods import ground_in_words
 from ..camera import FocalBasis
 from ..distances import UNCERTAIN, ZONES
 from ..people.attributes import PairsWhere
@@ -104,11 +105,7 @@ def _head(title: str, run: Mapping[str, Any], numbers: Numbers, where: PairsWher
 
 
 def _distances(numbers: Numbers) -> str:
-    kind = (
-        "along the ground" if numbers.on_ground > 0.995
-        else "in space, since gravity is unknown" if numbers.on_ground < 0.005
-        else f"along the ground for {100 * numbers.on_ground:.0f} % of the pairs, in space for the rest"
-    )  # fmt: skip
+    kind = ground_in_words(numbers.on_ground)
     return (
         f"<section><h2>Distances</h2><p>Between body centres, {kind}; the gap between two bodies is about 0.25 m less. "
         "Brackets and the shaded band are 90 % intervals, computed over photos, because pairs in one photo are not "

@@ -42,6 +42,9 @@ _TURNED = {
 }
 
 
+#: A share that is 100 % when it is rounded.
+_NEARLY_ALL = 0.995
+
 #: What is read of the tables.
 _NEEDED = {
     "photos": ("status", "corrections", "focal_basis", "mount_source", "sha256"),
@@ -86,15 +89,24 @@ def methods_paragraph(run: Mapping[str, Any], tables: Folder, where: PairsWhere 
         f"placed, which gave {_many(measured['pairs'], 'pair')}{_whose(where)}.",
     ]
     if measured["pairs"]:
-        kind = "along the ground" if (measured["ground"] or 0) > 0.5 else "in space"
+        along = ground_in_words(measured["ground"] or 0.0)
         sentences.append(
-            f"Distances are between body centres, {kind}, each with a {LEVEL:.0%} interval whose median width is "
+            f"Distances are between body centres, {along}, each with a {LEVEL:.0%} interval whose median width is "
             f"{measured['width']:.0%} of the distance; the median distance to the nearest other person was "
             f"{nearest['metres']:.2f} m. Pairs were counted in Hall's (1966) zones by their probabilities."
         )
     if counts["corrected"]:
         sentences.append(f"{_many(counts['corrected'], 'photograph')} had corrections made by hand in review.")
     return " ".join(filter(None, sentences))
+
+
+def ground_in_words(share: float) -> str:
+    """Return what distances are along; share: of the pairs, of those that are along the ground."""
+    if share > _NEARLY_ALL:
+        return "along the ground"
+    if share < 1 - _NEARLY_ALL:
+        return "in space, since gravity is unknown"
+    return f"along the ground for {100 * share:.0f} % of the pairs, in space for the rest"
 
 
 def _placing(settings: Mapping[str, Any]) -> str:
