@@ -43,6 +43,26 @@ def test_joints_are_where_detectors_place_them():
     assert rel_sd("torso", "adults") == pytest.approx(np.hypot(0.078, 0.03), abs=2e-3)
 
 
+def test_shoulder_joints_lie_below_the_acromion():
+    """ANSUR II's acromial height less de Leva's 38 mm, with its own spread; 0.8 of the stature."""
+    for sex, (acromial_m, sd_m) in {"men": (1.441, 0.063), "women": (1.335, 0.058)}.items():
+        height = anthropometry.JOINT_LENGTHS[sex]["shoulder_height"]
+        assert (height.mean_m, height.sd_m) == pytest.approx((acromial_m - 0.038, sd_m))
+        assert height.mean_m / anthropometry.JOINT_LENGTHS[sex]["stature"].mean_m == pytest.approx(0.797, abs=0.004)
+
+
+@pytest.mark.parametrize("share", [0.05, 0.4, 1.0])
+def test_children_are_a_mixtures_share_of_it(share):
+    mixed = populations("mixed", share)
+    young = [g for g in mixed if g.name.startswith("children")]
+    assert sum(g.weight for g in mixed) == pytest.approx(1) and sum(g.weight for g in young) == pytest.approx(share)
+    assert len({g.weight for g in young}) == 1  # of every age as many
+    grown = {g.name: g.weight for g in mixed if g not in young}
+    assert grown == pytest.approx({"women": (1 - share) / 2, "men": (1 - share) / 2} if share < 1 else {})
+    ages = [np.exp(g.log_mean[0]) for g in young]
+    assert ages == sorted(ages) and 0.85 < ages[0] < 1.05 and 1.38 < ages[2] < 1.64  # of 2 to 5, and of 10 to 14
+
+
 def test_one_sex_is_its_own_table():
     # the mean of a log-normal is exp(mu + var / 2)
     assert median("stature", "men") * np.exp(rel_sd("stature", "men") ** 2 / 2) == pytest.approx(1.756)

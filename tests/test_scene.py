@@ -215,6 +215,20 @@ def test_json_keeps_who_saw_the_people(source):
     assert ('"source":"blazepose"' in seen.to_json()) == bool(source)
 
 
+def test_bodies_hold_numbers_of_their_own_that_nobody_edits():
+    places, covariance = np.zeros((2, 3)), np.eye(6)
+    bodies = Bodies(places, covariance, "drawn", ("drawn",) * 2, (None,) * 2, up=np.array([0.0, -2.0, 0.0]))
+    places[0] = covariance[0] = 9.0
+    assert not bodies.positions_m.any() and bodies.covariance_m2 == pytest.approx(np.eye(6))
+    assert bodies.up == pytest.approx([0, -1, 0]) and np.isnan(bodies.heading_rad).all()
+    for array in (bodies.positions_m, bodies.covariance_m2, bodies.stature_m):
+        with pytest.raises(ValueError, match="read-only"):
+            array[0] = 1.0
+    for wrong in (np.zeros((3, 3)), np.zeros((2, 2))):
+        with pytest.raises(ValueError, match="reshape"):
+            replace(bodies, positions_m=wrong)
+
+
 def test_a_pairs_doubts_and_phase_are_its_own(monkeypatch):
     monkeypatch.setattr(pair_columns, "doubt_text", lambda _scene, person: f"of {person}")
     columns = {column.name: column.value for column in pair_columns.PAIRS}
