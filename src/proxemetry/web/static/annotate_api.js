@@ -1,4 +1,4 @@
-// Every question of the annotation page to the server. Nothing here leaves this machine.
+// Every request of the annotation page to the server. Nothing here leaves this machine.
 
 import { ask } from "./api.js";
 

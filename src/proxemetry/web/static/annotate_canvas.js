@@ -8,7 +8,7 @@ import { ZoomedPhoto } from "./zoom.js";
 const BONES = [["Eyes", "Head"], ["Head", "Shoulder"], ["Eyes", "Shoulder"], ["Shoulder", "Torso"], ["Head", "Torso"]];
 
 export class Canvas extends ZoomedPhoto {
-  // `on` hears: choose(key, part), moved(key, part, [x, y]), clicked([x, y]), failed().
+  // Events passed to `on`: choose(key, part), moved(key, part, [x, y]), clicked([x, y]), failed().
   constructor(canvas, on) {
     super(canvas, "Photo with people and their points", on);
   }
@@ -29,7 +29,7 @@ export class Canvas extends ZoomedPhoto {
     else this.pan(event, this.state.armed);
   }
 
-  // With a part to be placed a click places it; a drag moves the photo all the same.
+  // While a part is to be placed, a click places it; a drag still moves the photo.
   pan(event, placing = false) {
     if (!placing) return super.pan(event);
     const from = [event.clientX, event.clientY];
@@ -54,7 +54,7 @@ export class Canvas extends ZoomedPhoto {
     }, () => (to ? this.on.moved(Number(key), part, to) : this.on.choose(Number(key), part)));
   }
 
-  // Show a person closely; the whole photo where it is shown so already.
+  // Zoom in on a person; back to the whole photo where it is zoomed in already.
   zoomTo(person) {
     const points = Object.values(person.points);
     const [xs, ys] = [points.map((p) => p[0]), points.map((p) => p[1])];

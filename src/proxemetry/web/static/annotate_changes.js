@@ -1,13 +1,13 @@
-// Changes of one photo, kept one after the other in the order of the hand; arrow keys' once they rest.
+// Changes of one photo, kept in the order in which they were made; those of arrow keys once no key is pressed.
 
 import * as api from "./annotate_api.js";
 import { Problem } from "./api.js";
 import { tell } from "./elements.js";
 
 export class KeptChanges {
-  // Who extends this has `fields`, `closed`, `changed(fields)`, show(fields), draw() and notice(text).
+  // Subclasses have `fields`, `closed`, `changed(fields)`, show(fields), draw() and notice(text).
 
-  // What is not kept yet is kept before anything else happens.
+  // Keep what is not kept yet before anything else happens.
   async leave() {
     await this.rest();
   }
@@ -23,7 +23,7 @@ export class KeptChanges {
     }
   }
 
-  // Keep an action; one after the other, in the order of the hand, and first what arrow keys have moved.
+  // Keep an action, in the order in which they were made, after what arrow keys have moved.
   act(action, value, text) {
     this.flush();
     const turn = (this.queue ?? Promise.resolve()).then(async () => {

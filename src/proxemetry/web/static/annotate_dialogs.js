@@ -68,7 +68,7 @@ export function askName(person, names, seen) {
 
 const SCOPES = { photo: () => "this photo only", camera: (n) => `all ${n} of this camera and lens`, folder: (n) => `all ${n} in its folder`, following: (n) => `this photo and all after it (${n})`, all: (n) => `all ${n} photos` };
 
-// Of scopes that hold as many photos the widest is shown, which says it most plainly.
+// Of scopes with the same photos, the widest is shown.
 function scopeChoice(counts) {
   const shown = Object.keys(SCOPES).filter((name, k, all) => k === 0 || (counts[name] > 1 && !all.slice(k + 1).some((other) => counts[other] === counts[name])));
   return html("fieldset", {}, html("legend", { text: "Applies to" }), shown.map((name, k) => html("label", { class: "choice" },

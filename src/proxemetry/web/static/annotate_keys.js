@@ -4,7 +4,7 @@ import { askAndName, askAndPlace, askAndState, takeNames } from "./annotate_answ
 
 // Digits typed within this time are one number: 1 and 2 name P12.
 const DIGITS_MS = 700;
-// Arrow keys are kept once they rest for so long.
+// Moves by arrow keys are kept once no key is pressed for this long.
 const NUDGE_MS = 600;
 const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
 
@@ -36,7 +36,7 @@ function nudge(view, event) {
   view.resting = setTimeout(() => view.rest(), NUDGE_MS);
 }
 
-// Answers whether the key meant something here.
+// Returns whether the key has a meaning here.
 export function pressed(view, event) {
   const { state, person } = view;
   const onControl = /^(BUTTON|A|SUMMARY)$/.test(event.target.tagName) || event.target.getAttribute?.("role") === "button";

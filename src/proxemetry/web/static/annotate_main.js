@@ -54,7 +54,7 @@ function head(about) {
   steps(about);
 }
 
-// What undo and redo would do is on their buttons.
+// The buttons say what undo and redo would do.
 function steps({ undo, redo }) {
   for (const [id, text] of [["undo", undo], ["redo", redo]]) {
     const button = document.getElementById(id);
@@ -63,7 +63,7 @@ function steps({ undo, redo }) {
   }
 }
 
-// Called after every change, with what the server said of undo and redo, or null to ask for it.
+// Called after every change, with the server's answer on undo and redo, or null to ask for it.
 async function changed(fields = null) {
   if (fields?.undo !== undefined) steps(fields);
   else head(await api.about());

@@ -1,4 +1,4 @@
-// How people, cameras and shoots are called and coloured, the same everywhere.
+// How people, cameras and shoots are named and coloured, the same everywhere.
 
 export const numberOf = (tag) => Number(tag.slice(1));
 

@@ -12,7 +12,7 @@ import { html, tell } from "./elements.js";
 
 
 export class PhotoView extends KeptChanges {
-  // `changed` hears the fields after every change: the page's head shows undo and redo.
+  // `changed` receives the fields after every change: the page's head shows undo and redo.
   constructor(main, fields, about, changed) {
     super();
     Object.assign(this, { about, changed });
@@ -54,7 +54,7 @@ export class PhotoView extends KeptChanges {
     return this.fields.people.find((p) => p.key === this.state.person) ?? null;
   }
 
-  // Let the back end look at this photo where it has not, and then quietly at the next.
+  // Run the back end on this photo where it has not been run, and then in the background on the next.
   async look() {
     if (this.about.pose === "none") return;
     const id = this.fields.id;
@@ -172,14 +172,14 @@ export class PhotoView extends KeptChanges {
     this.draw();
   }
 
-  // A cross that nobody has moved says nothing of where the point is.
+  // A cross that was not moved does not show where the point is.
   placeCross() {
     const { cursor, from } = this.state;
     if (cursor[0] === from[0] && cursor[1] === from[1]) tell("Click the point, or move the cross there with the arrow keys first", true);
     else this.place(this.canvas.inside(cursor));
   }
 
-  // Clicks wait for each other: the first of a new person makes it, and the others are its next parts.
+  // Clicks are handled in turn: the first of a new person creates it, and the others are its next parts.
   place(at) {
     this.clicks = (this.clicks ?? Promise.resolve()).then(() => this.placed(at));
     return this.clicks;

@@ -15,7 +15,7 @@ function chips(card) {
   ];
 }
 
-// Names of one camera differ in their ends: the beginning is what gives way.
+// File names of one camera differ at the end: the beginning is shortened.
 function fileName(path) {
   const name = path.split("/").pop();
   return [html("span", { class: "start", text: name.slice(0, -12) }), name.slice(-12)];

@@ -1,4 +1,4 @@
-// Where people and cameras were: coordinates and tapes of a shoot, what follows from them, and what cannot be told.
+// Where people and cameras were: coordinates and tapes of a shoot, what follows from them, and what cannot be determined.
 
 import * as api from "./annotate_api.js";
 import { called, colourOf, numberOf, shootName } from "./annotate_names.js";
@@ -97,7 +97,7 @@ class PlacesView {
       missing ? html("p", {}, "Next: ", html("button", { type: "button", onclick: () => this.prepare(missing), text: `${missing[0]} – ${missing[1]}` })) : "");
   }
 
-  // The pair that would tell most: a mark without a place to one that has one and is not taped to it.
+  // The most informative pair: a mark without a place to one that has one and is not taped to it.
   missing() {
     const { tags, tapes } = this.fields;
     const has = (a, b) => tapes.some((t) => (t.a === a && t.b === b) || (t.a === b && t.b === a));

@@ -1,4 +1,4 @@
-// Every question to the server. Nothing here leaves this machine.
+// Every request to the server. Nothing here leaves this machine.
 
 export class Problem extends Error {}
 

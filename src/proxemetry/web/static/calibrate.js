@@ -50,12 +50,12 @@ export class CalibrateView {
     this.overlay.close();
   }
 
-  // What was clicked survives a reload of the page, and going to look at a photo.
+  // What was clicked survives a reload of the page, and a visit to a photo's page.
   recall() {
     try {
       const kept = JSON.parse(sessionStorage.getItem(this.place));
       if (kept) this.marks = kept;
-    } catch { /* what another version kept is no loss */ }
+    } catch { /* what another version stored is not needed */ }
   }
 
   // `again`: the same mark moved on by the arrow keys, which is one change to undo. `anew`: whether rows came or went; where
@@ -367,7 +367,7 @@ export class CalibrateView {
     this.overlay.draw();
   }
 
-  // Answers whether the key meant something here.
+  // Returns whether the key has a meaning here.
   key(event) {
     if (ARROWS[event.key]) return this.nudge(event), true;
     const onControl = /^(BUTTON|A)$/.test(event.target.tagName);

@@ -7,7 +7,7 @@ import { ZoomedPhoto } from "./zoom.js";
 const letter = (k) => String.fromCharCode(65 + (k % 26));
 
 export class CalibrateCanvas extends ZoomedPhoto {
-  // `on` hears: clicked([x, y]), choose(what), moved(what, [x, y]), failed(). `what` is ["point", k] or ["length", k, end].
+  // Events passed to `on`: clicked([x, y]), choose(what), moved(what, [x, y]), failed(). `what` is ["point", k] or ["length", k, end].
   constructor(canvas, on) {
     super(canvas, "Picture with the floor's grid", on);
     this.misses = new Map();

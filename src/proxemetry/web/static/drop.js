@@ -3,7 +3,7 @@
 import * as api from "./api.js";
 import { html, plural, tell } from "./elements.js";
 
-// `opened` gets the number of the photo where there was one, and null where there were several.
+// `opened` receives the number of the photo where there was one, null where there were several.
 export function showDrop(main, opened, again = false) {
   const input = html("input", { type: "file", id: "file", accept: "image/*,.heic,.heif,.dng,.jp2,.jfif", multiple: true, hidden: true });
   const message = html("p", { class: "hint", text: "JPEG, PNG, TIFF, WebP, and HEIC or raw files where support for them is installed. Photos stay on this machine and are deleted when the program ends." });

@@ -1,4 +1,4 @@
-// Elements by hand. Text is always set as text: a file name is never markup.
+// Elements made by hand. Text is always set as text: a file name is never markup.
 
 const SVG = "http://www.w3.org/2000/svg";
 
@@ -38,7 +38,7 @@ export function metres(value, low = null, high = null) {
 /** A pair's distance with its interval; a question mark where only the interval is to be read. */
 export const pairText = (p) => metres(p.distance_m, p.low_m, p.high_m) + (p.vague ? " ?" : "");
 
-/** A pair's distance alone, or its ends where a bare number would claim what nobody knows. */
+/** A pair's distance alone, or its ends where a bare number would claim too much. */
 export const shortPairText = (p) => p.vague ? `${metres(p.low_m).replace(" m", "")}–${metres(p.high_m)} ?` : metres(p.distance_m, p.low_m, p.high_m).replace(/ \[.*/, "");
 
 export const plural = (count, one, many) => `${count.toLocaleString("en")} ${count === 1 ? one : many}`;

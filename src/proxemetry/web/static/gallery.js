@@ -73,7 +73,7 @@ function card(photo, query) {
     html("a", { href: `#/photo/${photo.id}?${api.searchOf(query)}`, title: photo.reason || photo.photo },
       photo.status === "failed" ? html("div", { class: "thumb", text: "no picture" }) : image,
       html("div", { class: "text" },
-        // Of a long name the beginning gives way: photos of one camera differ at the end.
+        // A long name is shortened at its beginning: file names of one camera differ at the end.
         html("span", { class: "name" }, html("span", { class: "start", text: photo.photo.slice(0, -ENDING) }), html("span", { text: photo.photo.slice(-ENDING) })),
         html("span", { class: "facts", text: facts }),
         html("span", { class: "chips" }, chips.map(([text, kind]) => html("span", { class: `chip ${kind}`, text }))))));

@@ -13,7 +13,7 @@ const LIMB = 0.35;
 const TRUNK = ["left_shoulder", "right_shoulder", "left_hip", "right_hip"];
 
 export class Overlay extends ZoomedPhoto {
-  // `on` hears: choose(person), light({person, pair}), moved(person, joint, [x, y]), clicked([x, y]), failed(), drawn().
+  // Events passed to `on`: choose(person), light({person, pair}), moved(person, joint, [x, y]), clicked([x, y]), failed(), drawn().
   constructor(canvas, on) {
     super(canvas, "Photo with people and distances", on);
   }

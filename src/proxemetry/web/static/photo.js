@@ -1,4 +1,4 @@
-// One photo: the picture, the view from above and the tables, linked; and everything one may put right.
+// One photo: the picture, the view from above and the tables, linked; and everything that can be corrected.
 
 import * as api from "./api.js";
 import { askFocal, askSize, askText } from "./dialogs.js";
@@ -341,7 +341,7 @@ export class PhotoView {
     if (number < people) this.choose(number);
   }
 
-  // Answers whether the key meant something here.
+  // Returns whether the key has a meaning here.
   key(event) {
     const onControl = /^(BUTTON|A)$/.test(event.target.tagName) || event.target.getAttribute?.("role") === "button";
     if (this.state.cursor && ARROWS[event.key]) return this.nudge(event), true;

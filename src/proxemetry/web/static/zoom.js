@@ -3,7 +3,7 @@
 import { svg } from "./elements.js";
 
 export class ZoomedPhoto {
-  // `on` hears: failed(). Who extends this has draw(), and tells by `grabs(event)` what is no beginning of a move.
+  // Events passed to `on`: failed(). Subclasses have draw(), and `grabs(event)`, which says what does not start a move.
   constructor(canvas, label, on) {
     this.on = on;
     this.things = svg("g");
