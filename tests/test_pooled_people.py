@@ -194,3 +194,21 @@ def test_departures_are_what_a_joint_off_by_so_much_moves_in_the_picture():
     for row, along in zip(found[-2:], (0, 2), strict=True):
         assert row[:, -1] == pytest.approx(FALL_SD * (places[:, along] - places[:, along].mean()))
         assert not row[:, :-1].any()
+
+
+def test_each_photo_pulls_at_a_carried_lens_by_what_its_own_place_leaves(monkeypatch):
+    """What its people say of the lens, less what their photo's pitch, roll and height take up of it."""
+    people, persons, views = crowd(4, pitches=(0.2, 0.35))
+    made, pulled = [], []
+    equations_at = pooled_module.equations_of
+    monkeypatch.setattr(pooled_module, "equations_of", lambda *a, **k: made.append(equations_at(*a, **k)) or made[-1])
+    monkeypatch.setattr(pooled_module, "_overdispersion", lambda pulls, *_: pulled.append(pulls) or 1.0)
+    told(people, persons, OPEN, views)
+    last, pulls = made[-1], pulled[-1]
+    count = last.lens.shape[0]
+    inverse, side = np.linalg.inv(last.lens[:, :count]), 3 + count
+    # the places are not where the people alone would have them: eye level is usual
+    assert np.abs(last.by_view[:, :3, side]).max() > 1e-3
+    for view, (seen, answer) in enumerate(zip(last.by_view, last.views.response, strict=True)):
+        expected = inverse @ (seen[3:, side] - answer.T @ seen[:3, side])
+        assert pulls[:, view] == pytest.approx(expected, rel=1e-6, abs=1e-9)
