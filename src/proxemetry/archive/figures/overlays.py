@@ -14,7 +14,8 @@ from ...photo import Photo
 from ...scene import Scene
 from ..run.interrupts import WorkerProcesses
 from ..store.folder import is_url, overlay_name
-from ..store.results import Results, forget_overlays
+from ..store.removal import forget_overlays
+from ..store.results import Results
 from ..store.run_file import write_run
 
 _BATCH = 16

@@ -7,7 +7,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
-from ...camera.table import CameraTable
 from ...errors import OutputError, SettingsError
 from ...pose import backend_named, replays
 from ...pose.recorded import Recorded
@@ -22,9 +21,11 @@ from ..store.identity import Identity
 from ..store.manifest import Manifest
 from ..store.part_rows import Counts
 from ..store.photos import Search, search
-from ..store.results import Results, forget
+from ..store.removal import forget
+from ..store.results import Results
 from ..store.run_file import write_run
 from ..store.scratch import sweep_scratch
+from . import notes
 from .camera_pool import stale_shards, write_pool
 from .changed_files import FileScan
 from .joining import join, settings_of
@@ -117,16 +118,17 @@ def _measured(
         schedule = Schedule(workers, job, folder, listed, identity.metadata(), on_progress, pending, scan, is_mine)
         if measured := sum(listed.shard_sizes[s] for s in there if s < listed.n_shards):
             on_progress(Note(f"{measured} of {len(listed)} photos are measured already"))
-        if isinstance(named, Search) and (note := mixed_folders_note(listed, named.root)):
-            on_progress(Note(note))
+        if isinstance(named, Search) and (mixed := mixed_folders_note(listed, named.root)):
+            on_progress(Note(mixed))
         found = schedule.run(s for s in range(listed.n_shards) if s not in there and is_mine(s))
         if found.counts.photos and not found.counts.people:
             _require_recorded(job, found.manifest)
-        if found.counts.again:
-            on_progress(Note(_remeasured_note(found.counts.again)))
+        if note := notes.measured_again(found.counts.again):
+            on_progress(note)
         _told_by_others(schedule, found.manifest)
-        if job.settings.focal.camera_table is not None:
-            _note_unused_rows(job.settings.focal.camera_table, found.manifest, on_progress)
+        table = job.settings.focal.camera_table
+        if table is not None and (note := notes.unused_rows(table, found.manifest)):
+            on_progress(note)
         if update is not None and update.passed_over:
             on_progress(Note(update.passed_over))
         return found
@@ -162,18 +164,6 @@ def _told_by_others(schedule: Schedule, listed: Manifest) -> None:
         schedule.on_progress(Note(
             f"--same-camera had no effect: no {LEAST_PHOTOS} photos of one size show people and lack a focal length"
         ))  # fmt: skip
-
-
-def _note_unused_rows(
-    table: CameraTable, listed: Manifest, on_progress: Callable[[Progress | Note], None]
-) -> None:  # fmt: skip
-    """Report the rows of a camera table that match no photo: a typing error would leave a photo to its own file."""
-    unused = table.unused(item.photo for shard in range(listed.n_shards) for item in listed.items(shard))
-    if unused:
-        first = f"line {unused[0].line} ({unused[0].photo})"
-        more = f" and {len(unused) - 1} more" if len(unused) > 1 else ""
-        apply = "apply" if more else "applies"
-        on_progress(Note(f"{table.source}: {first}{more} {apply} to no photo"))
 
 
 def _sweep(folder: Folder) -> None:
@@ -244,12 +234,6 @@ def _starting_manifest(
     return update.result(), None
 
 
-def _remeasured_note(count: int) -> str:
-    if count == 1:
-        return "1 photo had been replaced since it was measured, and was measured again"
-    return f"{count} photos had been replaced since they were measured, and were measured again"
-
-
 def _workers(job: Job, jobs: int | None, engine: str) -> WorkerPool:
     if engine == "ray":
         from .cluster import RayWorkers
@@ -292,15 +276,6 @@ def _concluded(
         last = {**fields, "safe_distance_m": safe_distance_m, "photos_in": photos_in}
         if last != fields:
             write_run(folder, last)
-        _note_lost_corrections(results, on_progress)
+        if note := notes.lost_corrections(results):
+            on_progress(note)
     return outcome
-
-
-def _note_lost_corrections(results: Results, on_progress: Callable[[Progress | Note], None]) -> None:
-    """Send a note where a corrected file is no longer among the photos: that work is in no number."""
-    lost = results.corrections_of_no_photo()
-    if lost:
-        which = "1 corrected photo is" if len(lost) == 1 else f"{len(lost)} corrected photos are"
-        named = f"{', '.join(lost[:3])}{', ...' if len(lost) > 3 else ''}"
-        note = f"{which} another file now or gone ({named}): the corrections are kept for the file they were made on"
-        on_progress(Note(note))

@@ -6,7 +6,6 @@ import hashlib
 import heapq
 import json
 import logging
-import os
 from collections.abc import Collection, Generator, Iterable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
@@ -27,7 +26,7 @@ from ..review.corrections import by_file, corrected_scenes, digest, entries_at, 
 from . import manifest, parts
 from .damage import require_whole
 from .duck import attached, quoted
-from .folder import CAMERAS_FILE, OVERLAYS, RUN_FILE, Folder, is_url
+from .folder import RUN_FILE, Folder, is_url
 from .identity import SETTINGS_SHA256
 from .part_rows import record_of, structure
 from .queries import as_cells, attributes_in, table_query
@@ -278,27 +277,3 @@ class Results:
             {"rows": rows, "structure": structure()},
         )
         return f"{every} WHERE photo NOT IN (SELECT photo FROM corrected) UNION ALL BY NAME FROM corrected"
-
-
-def forget(folder: Folder) -> None:
-    """Remove what an earlier run wrote, corrections and anything not ours left alone."""
-    for name in parts.names_of(folder):
-        folder.remove(name)
-    for path in manifest.names(folder):
-        folder.remove(path)
-    for table in TABLES:
-        for form in TABLE_FORMATS:
-            folder.remove(f"{table}.{form}")
-    folder.remove("codebook.csv")
-    folder.remove(CAMERAS_FILE)
-    folder.remove(RUN_FILE)
-    if not is_url(folder.location):
-        folder.sweep(parts.FOLDER, written_once=True)
-        forget_overlays(folder)
-
-
-def forget_overlays(folder: Folder) -> None:
-    """Remove the drawings of a local results folder."""
-    for where, _, files in os.walk(Path(folder.location) / OVERLAYS):
-        for file in files:
-            Path(where, file).unlink()
