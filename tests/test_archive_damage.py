@@ -52,11 +52,11 @@ def test_every_flipped_bit_of_a_part_is_noticed(original: Path) -> None:
     assert not damage.is_whole(b"")
 
 
-def _rot(path: Path) -> bytes:
-    """Flip a bit of a file and return what it was."""
+def _rot(path: Path, where: float = 1 / 3) -> bytes:
+    """Flip a bit at this part of a file's length, and return what it was."""
     content = path.read_bytes()
     damaged = bytearray(content)
-    damaged[len(content) // 3] ^= 4
+    damaged[int(where * len(content))] ^= 4
     path.write_bytes(damaged)
     return content
 
@@ -95,9 +95,12 @@ def test_rot_is_named_once_and_the_rest_is_read(
     assert not any(Path(lost).name in name for name in written)
 
 
-def test_rot_is_measured_again_on_request(original: Path, results: Path, capsys: pytest.CaptureFixture[str]) -> None:
+@pytest.mark.parametrize("where", [0.1, 0.5])
+def test_rot_is_measured_again_on_request(
+    where: float, original: Path, results: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     before = (results / "pairs.csv").read_bytes()
-    _rot(results / "scenes/part-000003.parquet")
+    _rot(results / "scenes/part-000003.parquet", where)
     assert main(["export", str(results)]) == 1
     assert _measure(original / "photos", results) == 2  # a run leaves nothing out
     said = capsys.readouterr().err

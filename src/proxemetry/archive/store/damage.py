@@ -31,13 +31,10 @@ _TEXT = "VARCHAR"
 _THREADS = 8
 #: Subfolder of the parts.
 _SCENES = "scenes"
+_REPAIR = "delete it (or add --repair), and the same `proxemetry measure` measures its photos again"
 #: Files that a folder's own commands read: name of the subfolder, pattern, and what to do about a damaged one.
 _KINDS = (
-    (
-        _SCENES,
-        r"part-\d{6,}\.parquet",
-        "delete it (or add --repair), and the same `proxemetry measure` measures its photos again",
-    ),
+    (_SCENES, r"part-\d{6,}\.parquet", _REPAIR),
     ("manifest", r"manifest-\d{3,}\.parquet", "start again with --restart"),
     ("", r"(photos|people|pairs)\.parquet", "delete it, and `proxemetry export DIR` writes it again"),
 )
@@ -113,10 +110,18 @@ def _is_of_before_digests(folder: Folder, name: str, content: bytes) -> bool:
 
 def require_whole(folder: Folder, names: Sequence[str]) -> None:
     """Raise OutputError naming the damaged ones among these parts."""
+    refusal = _of_damaged_parts(folder, names)
+    if refusal is not None:
+        raise refusal
+
+
+def _of_damaged_parts(folder: Folder, names: Sequence[str]) -> OutputError | None:
+    """Return the message of `require_whole`, None where every part is whole."""
     found = damaged_parts(folder, names)
-    if found:
-        others = f" and {len(found) - 1} more" if len(found) > 1 else ""
-        raise OutputError(f"{folder.path(found[0])}{others}: damaged since it was written; {_KINDS[0][2]}")
+    if not found:
+        return None
+    others = f" and {len(found) - 1} more" if len(found) > 1 else ""
+    return OutputError(f"{folder.path(found[0])}{others}: damaged since it was written; {_REPAIR}")
 
 
 @contextmanager
@@ -159,11 +164,12 @@ def _find(folder: Folder) -> OutputError | None:
         names = [name for name in folder.names(subfolder, ".parquet") if re.fullmatch(pattern, name)]
         paths = [f"{subfolder}/{name}".lstrip("/") for name in names]
         if subfolder == _SCENES:
-            bad = damaged_parts(folder, paths)[:1]
+            refusal = _of_damaged_parts(folder, paths)
         else:
-            bad = [path for path in paths if not _is_readable(folder, path)][:1]
-        if bad:
-            return OutputError(f"{folder.path(bad[0])}: damaged; {advice}")
+            bad = next((path for path in paths if not _is_readable(folder, path)), None)
+            refusal = None if bad is None else OutputError(f"{folder.path(bad)}: damaged; {advice}")
+        if refusal is not None:
+            return refusal
     with _apart(folder) as duck:
         return _of_another_version(folder, duck, {t: [c.name for c in columns] for t, columns in TABLES.items()})
 
