@@ -54,6 +54,14 @@ def test_clean_labels_have_no_fault_and_new_shoots_need_no_code(folder: Path) ->
     assert (named.setting, named.focal_mm) == ("garden", 35)
 
 
+@pytest.mark.parametrize("size", ["0,800", "1000,0", "-1000,800", "0.4,800"])
+def test_a_photo_without_a_size_is_refused(folder: Path, size: str) -> None:
+    body = folder / BODY
+    body.write_text(body.read_text().replace("b.jpg,1000,800", f"b.jpg,{size}"))
+    with pytest.raises(LabelsError, match=rf"{BODY}:3: '.*' where the photo's width or height is expected, in pixels"):
+        read_labels(folder)
+
+
 @pytest.mark.parametrize(
     ("name", "old", "new", "expected"),
     [

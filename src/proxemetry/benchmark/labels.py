@@ -125,7 +125,7 @@ def read_labels(folder: str | Path, errata: bool = True) -> Labels:
         if part not in PARTS:
             raise LabelsError(f"{where}: part {part!r} is unknown: use one of {', '.join(PARTS)}")
         marks.setdefault(filename, []).append(Mark(tag, part, _finite_number(x, where), _finite_number(y, where)))
-        sizes[filename] = (int(_finite_number(width, where)), int(_finite_number(height, where)))
+        sizes[filename] = (_side(width, where), _side(height, where))
     if not marks:
         raise LabelsError(
             f"{path}: no person is annotated in it; rows of person,part,x,y,filename,width,height are expected"
@@ -229,6 +229,14 @@ def _finite_number(text: str, where: str) -> float:
         value = float("nan")
     if not math.isfinite(value):
         raise LabelsError(f"{where}: {text!r} where a number is expected")
+    return value
+
+
+def _side(text: str, where: str) -> int:
+    """Return the width or height of a photo, pixels."""
+    value = int(_finite_number(text, where))
+    if value < 1:
+        raise LabelsError(f"{where}: {text!r} where the photo's width or height is expected, in pixels")
     return value
 
 
