@@ -505,8 +505,8 @@ def test_people_are_followed_over_the_floor_unless_they_leave_the_focal_length_o
         assert options["focal_known"] == focal_known
         return PeopleFit(told, 3, 20, 5, (8.0, 10.0, 12.0), ())
 
-    monkeypatch.setattr(calibrate_people, "from_people", from_followed)
-    monkeypatch.setattr(calibrate_people, "followed", lambda frames, times, mount: [np.arange(len(f)) for f in frames])
+    monkeypatch.setattr(clip_camera, "from_people", from_followed)
+    monkeypatch.setattr(clip_camera, "followed", lambda frames, times, mount: [np.arange(len(f)) for f in frames])
     people = [photo(k, camera=LENS)[0] for k in range(3)]
     calibrate_people.of_frames([(k / 5, p) for k, p in enumerate(people)], CAMERA, focal_known)
     assert len(asked) == 1 + again

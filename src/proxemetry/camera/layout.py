@@ -52,9 +52,9 @@ def layout_of(pixels: RGBArray) -> Layout:
     height, width = small.shape[:2]
     gaps = _gaps(small)
     inner = small if gaps else small[_photo_rows(small), _photo_rows(small.swapaxes(0, 1))]
-    if min(inner.shape[:2]) < _LEAST_PX:
+    if inner.shape == small.shape or min(inner.shape[:2]) < _LEAST_PX:
         return Layout((1.0, 1.0), gaps)
-    return Layout((inner.shape[1] / width, inner.shape[0] / height), gaps or _gaps(inner))
+    return Layout((inner.shape[1] / width, inner.shape[0] / height), _gaps(inner))
 
 
 def _reduced(pixels: RGBArray) -> RGBArray:
@@ -68,9 +68,9 @@ def _reduced(pixels: RGBArray) -> RGBArray:
 
 def _of_one_colour(pixels: RGBArray) -> NDArray[np.bool_]:
     """Return which rows are of one colour, shape (H,)."""
-    steps = pixels.astype(np.int16)
-    off = np.abs(steps - steps.mean(axis=1, keepdims=True, dtype=np.float32).astype(np.int16)) > _STEPS
-    return np.asarray(off.any(axis=2).mean(axis=1) <= _OUTLIERS, dtype=bool)
+    channels = np.ascontiguousarray(pixels.transpose(2, 0, 1), dtype=np.int16)  # three times as fast to sum up
+    off = np.abs(channels - channels.mean(axis=2, keepdims=True, dtype=np.float32).astype(np.int16)) > _STEPS
+    return np.asarray(off.any(axis=0).mean(axis=1) <= _OUTLIERS, dtype=bool)
 
 
 def _photo_rows(pixels: RGBArray) -> slice:

@@ -4,17 +4,13 @@ from __future__ import annotations
 
 import argparse
 import itertools
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
-import numpy as np
-from numpy.typing import NDArray
-
-from ..calibration.identity import linked
-from ..calibration.people import LEAST_SEEN, OPEN_FOCAL, Gathered, PeopleFit, from_people
+from ..calibration.people import LEAST_SEEN, Gathered, PeopleFit, from_people
 from ..camera import Camera
-from ..clip.floor_identity import followed
-from ..errors import CameraError, PhotoError, SettingsError
+from ..clip.camera import from_frames
+from ..errors import PhotoError, SettingsError
 from ..people import People, PoseBackend
 from ..photo import Photo
 from ..pose import backend_named
@@ -46,28 +42,9 @@ def _of_photos(
 
 
 def of_frames(frames: list[tuple[float, People]], camera: Camera, focal_known: bool) -> PeopleFit:
-    """Return the camera from frames that follow each other.
-
-    People are followed by their boxes first. Unless they leave the focal length open, the camera found from them is
-    good enough to follow them over the floor, which loses fewer of them behind others, and they are asked again.
-    """
-    times, seen = [now for now, _ in frames], [people for _, people in frames]
-    fit = _of_people_followed(seen, linked(seen, times), camera, focal_known)
-    if not focal_known and fit.mount.sd[3] > OPEN_FOCAL:
-        return fit
-    try:
-        return _of_people_followed(seen, followed(seen, times, fit.mount), camera, focal_known)
-    except CameraError:  # no person could be followed so
-        return fit
-
-
-def _of_people_followed(
-    frames: Sequence[People], who: Sequence[NDArray[np.intp]], camera: Camera, focal_known: bool
-) -> PeopleFit:
-    gathered = Gathered()
-    for people, persons in zip(frames, who, strict=True):
-        gathered.add(people, persons.tolist())
-    return from_people(gathered, camera, focal_known=focal_known, least_seen=LEAST_SEEN)
+    """Return the camera from frames that follow each other."""
+    block = [people for _, people in frames], [now for now, _ in frames]
+    return from_frames([block], camera, focal_known=focal_known, least_seen=LEAST_SEEN)
 
 
 def _seen(args: argparse.Namespace, backend: PoseBackend, camera: Camera) -> Iterator[tuple[float | None, People]]:

@@ -69,7 +69,7 @@ def told_by_people(
     if camera is None:
         return ClipCamera(None, None, "the focal length is unknown: state it, or a mount that has it")
     try:
-        found = _of_blocks(seen, camera, known, recurring, settings)
+        found = from_frames(seen, camera, focal_known=known, recurring=recurring, settings=settings)
     except CameraError as error:
         return ClipCamera(None, camera, f"{error}; every frame is measured by itself")
     if found.n_people < _FEWEST_PEOPLE:
@@ -83,16 +83,21 @@ def told_by_people(
     return ClipCamera(mount, mount.camera, text)
 
 
-def _of_blocks(
-    blocks: Sequence[Frames], camera: Camera, focal_known: bool, recurring: bool, settings: LocateSettings
-) -> PeopleFit:
-    """Return the camera from blocks of frames, asked twice where people can be followed: as `calibrate` does.
+def from_frames(
+    blocks: Sequence[Frames], camera: Camera, *, focal_known: bool, recurring: bool = False, least_seen: int = 1,
+    settings: LocateSettings | None = None,
+) -> PeopleFit:  # fmt: skip
+    """Return the camera from blocks of frames in a row, the people of no two blocks taken to be the same.
 
-    Boxes lose people behind others, and one person in several pieces counts as several: the stature of a handful would
-    be believed like that of many. The camera found from them is good enough to follow them over the floor.
+    People are followed by their boxes first. Boxes lose people behind others, and one person in several pieces counts
+    as several: the stature of a handful would be believed like that of many. Unless they leave the focal length open,
+    the camera found from them is good enough to follow them over the floor, and they are asked again.
+
+    recurring: see `from_people`; such people cannot be followed. least_seen: for the first time; see `from_people`.
+    Raises CameraError where they determine no camera.
     """
 
-    def fit(identities: Callable[[Frames], list[NDArray[np.intp]]], least_seen: int) -> PeopleFit:
+    def fit(identities: Callable[[Frames], list[NDArray[np.intp]]], seen: int) -> PeopleFit:
         gathered, met = Gathered(), 0
         for frames in blocks:
             who = identities(frames)
@@ -100,10 +105,10 @@ def _of_blocks(
                 gathered.add(people, (met + int(p) for p in persons))
             met += 1 + max((int(p.max()) for p in who if len(p)), default=0)
         return from_people(
-            gathered, camera, focal_known=focal_known, recurring=recurring, least_seen=least_seen, settings=settings
+            gathered, camera, focal_known=focal_known, recurring=recurring, least_seen=seen, settings=settings
         )
 
-    first = fit(lambda frames: linked(*frames), 1)
+    first = fit(lambda frames: linked(*frames), least_seen)
     if recurring or (not focal_known and first.mount.sd[3] > OPEN_FOCAL):
         return first
     try:

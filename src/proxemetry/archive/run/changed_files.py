@@ -70,10 +70,11 @@ class FileScan(BackgroundTask[ChangedFiles]):
                 states = pool.map(lambda batch: [state_of(row[0]) for row in batch], batches)
                 now = [state for batch in states for state in batch]
                 for (photo, size, modified_ns, shard), state in zip(rows, now, strict=True):
-                    if state is None and size is not None:
+                    was_measured = size is not None
+                    if state is None and was_measured:
                         gone, example = gone + 1, example or photo
-                    elif state is not None and (size is None or state != FileState(size, modified_ns)):
-                        unlike += size is not None
+                    elif state is not None and not (was_measured and state == FileState(size, modified_ns)):
+                        unlike += was_measured
                         again.add(shard)
         return ChangedFiles(frozenset(again), unlike, gone, example)
 

@@ -53,11 +53,6 @@ class Network:
         self._codes: dict[tuple[int, int], int] = {}
         self._inputs: list[Tensor] = []
 
-    @property
-    def layers(self) -> int:
-        """How many layers there are so far."""
-        return len(self._operators)
-
     def input(self, shape: Sequence[int], type_: str = "float32") -> Tensor:
         """Add an input."""
         self._inputs.append(self._tensor(tuple(shape), type_))
