@@ -502,7 +502,7 @@ def test_people_are_followed_over_the_floor_unless_they_leave_the_focal_length_o
 
     def from_followed(gathered, *_, **options):
         asked.append(len(gathered))
-        assert options["focal_known"] == focal_known
+        assert options["focal_known"] == focal_known and options["least_seen"] == LEAST_SEEN
         return PeopleFit(told, 3, 20, 5, (8.0, 10.0, 12.0), ())
 
     monkeypatch.setattr(clip_camera, "from_people", from_followed)
